@@ -7,11 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from motes.core.track import Status
 from motes.sot.algorithm import Algorithm
 from motes.sot.presets import configure, preset
 from motes.sot.tracker import Tracker
-from oracles import frame, region, scene
+from oracles import region, scene
 
 NAMES = ("default", "nummiaro", "maggio", "mean_shift")
 
@@ -62,32 +61,3 @@ def test_the_default_tracker_reports_no_particles_that_it_does_not_have() -> Non
     assert tracker.info.weights.sum() == pytest.approx(1)
     tracker.correct(region((32.0, 36)))
     assert not len(tracker.info.ellipses)
-
-
-def test_while_the_default_tracker_searches_it_reports_the_particles_of_the_search() -> None:
-    tracker = started("default")
-    for index in range(1, 10):
-        track = tracker.update(scene(index, (30.0 + index, 36) if index < 5 else None))
-    assert track.status is Status.SEARCHING
-    state: Any = tracker._state
-    assert len(state.search_particles) == len(tracker.info.weights) == 400
-    np.testing.assert_array_equal(tracker.info.ellipses[:, :2], state.search_particles[:, :2])
-    np.testing.assert_array_equal(tracker.info.weights, 1 / 400)
-
-
-@pytest.mark.parametrize("name", ["nummiaro", "mean_shift"])
-def test_a_target_that_changes_is_followed_while_it_stands_out(name: str) -> None:
-    """A green stripe over a third of it; from frame 14 on the target is gone."""
-    statuses = []
-    for contrast in (0.0, 0.3):
-        changes = {"contrast": contrast, "spread": 0.0, "margin": 0.7, "max_positions": 500}
-        tracker = Tracker(configure(preset(name), {"presence": changes}))
-        tracker.init(scene(0, (48, 36)), region((48, 36)))
-        statuses.append("")
-        for index in range(1, 24):
-            here = (48, 36) if index < 14 else None
-            pixels = scene(index, here).pixels.copy()
-            if here:
-                pixels[34:39, 38:59] = 10, 220, 10
-            statuses[-1] += tracker.update(frame(pixels, index)).status.value[0]
-    assert statuses == ["ttttl" + "s" * 18, "t" * 17 + "l" + "s" * 5]

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from histogram_series import histogram, lessons, series
+from histogram_series import lessons, series
 from motes.core.types import Floats
 from motes.sot.filtering.bin_updates import (
     LEAST_NOISE,
@@ -18,7 +18,7 @@ from motes.sot.filtering.bin_updates import (
     GaussianBins,
     KalmanBins,
 )
-from motes.sot.filtering.model_update import Strategy, UpdateResult
+from motes.sot.filtering.model_update import UpdateResult
 
 # The Kalman filter
 
@@ -167,34 +167,3 @@ def test_the_filter_around_the_first_frame_is_its_equations(
     for learned, model in zip(lessons(config, first, seen), expected, strict=True):
         np.testing.assert_allclose(learned.histogram, model, atol=1e-9)
         assert learned.histogram.sum() == pytest.approx(1)
-
-
-def passing_a_pole(strategy: Strategy) -> tuple[float, float]:
-    """Return how near the model is to the target and to a pole that hides it for 30 frames.
-
-    Over five frames the pole comes before the target.
-    """
-    rng = np.random.default_rng(0)
-    target, pole = histogram(rng, 72), histogram(rng, 72)
-    covered = [*[0.0] * 20, *np.linspace(0, 1, 6)[1:], *[1.0] * 25]
-    seen = [
-        0.9 * ((1 - share) * target + share * pole) + 0.1 * histogram(rng, 72) for share in covered
-    ]
-    *_, last = lessons(strategy, target, seen)
-    to_target, to_pole = (
-        math.sqrt(max(0.0, 1 - float(np.sqrt(last.histogram * each).sum())))
-        for each in (target, pole)
-    )
-    return to_target, to_pole
-
-
-def test_a_pole_is_not_learned() -> None:
-    to_target, to_pole = passing_a_pole(AnchoredKalman())
-    assert to_target < 0.3 < to_pole
-
-
-def test_a_picture_without_noise_can_be_learned_from() -> None:
-    first = np.full(8, 1 / 8)
-    other = np.array([0.13, 0.12, *[1 / 8] * 6])
-    *_, last = lessons(AnchoredKalman(), first, [first] * 12 + [other])
-    assert (last.histogram != first).any()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -14,11 +14,9 @@ from PIL import Image, ImageDraw
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, Ellipse, iou
 from motes.core.track import Status, Track
-from motes.sot.discriminative import tracker as tracker_module
 from motes.sot.discriminative.expert import Evidence
 from motes.sot.discriminative.localization import localize
 from motes.sot.discriminative.placing import TURN, turned
-from motes.sot.discriminative.redetection import Redetection
 from motes.sot.discriminative.standing import Rival, Standing
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.tracker import Tracker
@@ -330,70 +328,3 @@ def test_fewer_particles_where_the_place_is_clear() -> None:
     clear, unclear = ([count(frame) for _ in range(9)] for frame in (frames[1], empty))
     assert max(clear) == config.particles // 4
     assert config.particles // 4 < np.mean(unclear) <= config.particles
-
-
-def test_a_target_with_the_colors_of_its_surroundings_is_tracked_with_certainty() -> None:
-    rng = np.random.default_rng(1)
-    ground, target = (
-        np.kron(rng.integers(60, 200, shape), np.ones((4, 4))) for shape in ((60, 80), (10, 8))
-    )
-    frames, boxes = [], []
-    for index in range(12):
-        scene, x, y = ground.copy(), 100 + 3 * index, 80 + 2 * index
-        scene[y : y + 40, x : x + 32] = target
-        pixels = np.repeat(scene[..., None], 3, axis=2).astype(np.uint8)
-        frames.append(Frame(index, index * FRAME_INTERVAL, pixels))
-        boxes.append(Box(x, y, 32, 40))
-    tracks = follow(frames, boxes[0])
-    assert iou(tracks[-1].box, boxes[-1]) > 0.6
-    assert min(track.confidence for track in tracks) > 0.8
-
-
-def test_it_is_sized_and_looked_at_turned_in_turns(monkeypatch: pytest.MonkeyPatch) -> None:
-    frames, boxes = film([(160.0, 100.0)] * 7, (30, 40), wall(240, 320))
-    tracker, done = Tracker(), list[str]()
-    tracker.init(frames[0], boxes[0])
-    for name in ("estimated", "turned"):
-        method = getattr(tracker_module, name)
-
-        def noted(*arguments: Any, name: str = name, method: Any = method) -> Any:
-            done.append(name)
-            return method(*arguments)
-
-        monkeypatch.setattr(tracker_module, name, noted)
-    monkeypatch.setattr("motes.sot.discriminative.tracker.DECIDED", 99.0)  # always in doubt
-    for picture in frames[1:]:
-        tracker.update(picture)
-    assert done == ["estimated", "turned"] * 3
-
-
-def test_where_it_is_not_sized_it_is_as_sure_of_the_size_as_before() -> None:
-    frames, boxes = film([(160.0, 100.0)] * 2, (30, 40), wall(240, 320))
-    config, rng = Discriminative(), np.random.default_rng(0)
-    state, _ = config.init(rng, frames[0], Ellipse.from_box(boxes[0]))
-    state = replace(state, scale_due=False, factors=np.array([0.9, 1.1]))
-    after, info = config.step(rng, state, frames[1])
-    assert info.track.ellipse[2:4] == pytest.approx((15, 20))
-    assert np.sqrt(info.track.covariance[2, 2]) == pytest.approx(0.1 * 15, rel=0.1)
-    assert after.scale_due
-
-
-def test_those_who_search_go_on_from_where_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
-    frames, boxes = film([(160.0, 100.0)] * 8, (30, 40), wall(240, 320))
-    tracker = Tracker()
-    tracker.init(frames[0], boxes[0])
-    for frame in frames[1:]:
-        tracker.update(frame)
-    given, told, step = [], [], Redetection.step
-
-    def noted(self: Redetection, rng: Any, model: Any, searchers: Any, *rest: Any) -> Any:
-        given.append(searchers)
-        told.append(step(self, rng, model, searchers, *rest))
-        return told[-1]
-
-    monkeypatch.setattr(Redetection, "step", noted)
-    for index in range(8, 12):
-        tracker.update(Frame(index, index * FRAME_INTERVAL, wall(240, 320)))
-    assert len(given) > 1
-    for before, (after, _) in zip(given[1:], told[:-1], strict=True):
-        np.testing.assert_array_equal(before, after)

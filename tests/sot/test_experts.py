@@ -1,4 +1,4 @@
-"""The experts of the default tracker: what each says, and what they decide together."""
+"""The experts of the default tracker: what each says, and what they and the window decide."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.cues.color import Color
-from motes.sot.discriminative.expert import Confined, Expert, Experts
-from motes.sot.discriminative.standing import APART, Standing
+from motes.sot.discriminative.expert import Confined, Evidence, Expert, Experts, probability
+from motes.sot.discriminative.standing import APART
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.tracker import Tracker
 from motes.testing import check_expert
@@ -103,14 +103,6 @@ def test_a_numpy_number_is_a_number() -> None:
     assert {track.status for track in tracks} == {Status.TRACKING}
 
 
-def test_no_voice_can_veto_the_others() -> None:
-    """A target that has lost its colors, as in another light, is still known by its shape."""
-    tracker = Tracker()
-    tracker.init(picture(), PLACE)
-    track = tracker.update(Frame(1, FRAME_INTERVAL, picture(gray=True).pixels))
-    assert track.confidence > 0.5
-
-
 def sight_of(expert: Expert, frame: Frame) -> Any:
     return expert.look(expert.learn(picture(), PLACE), frame, PLACE)
 
@@ -134,26 +126,6 @@ def test_it_refines_a_place_up_to_where_another_target_begins(apart: float, near
     assert found is near
 
 
-@pytest.mark.parametrize("share", [0.0, 1.0])
-def test_nothing_is_learned_of_a_frame_with_a_share_of_0(share: float) -> None:
-    confined, frame = Confined(), picture(122.0)
-    model = confined.learn(picture(), PLACE)
-    sight = confined.look(model, frame, PLACE)
-    after = confined.updated(model, frame, sight, PLACE._replace(x=122.0), share)
-    assert (after is model) is (share == 0)
-
-
-def test_another_expert_can_decide_between_two_places() -> None:
-    """What it proposes is followed as a rival, and is lost without evidence."""
-    far = (200.0, 40.0)
-    config = Discriminative(extra_experts={"sure": Sure(place=far)})
-    rng = np.random.default_rng(0)
-    state, _ = config.init(rng, picture(), PLACE)
-    after, info = config.step(rng, state, Frame(1, FRAME_INTERVAL, picture().pixels))
-    assert info.track.ellipse[:2] == pytest.approx(PLACE[:2], abs=1)
-    assert after.standing == Standing(confirmed=1)
-
-
 def test_an_expert_makes_the_tracker_surer_by_what_it_says() -> None:
     evidence = {}
     for says in (-1.0, 2.0):
@@ -164,3 +136,19 @@ def test_an_expert_makes_the_tracker_surer_by_what_it_says() -> None:
         confidence = info.track.confidence / after.identity.belief
         evidence[says] = math.log(confidence / (1 - confidence))
     assert evidence[2.0] - evidence[-1.0] == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize("voice", ["gradients", "contrast"])
+def test_each_voice_speaks_for_the_target(voice: str) -> None:
+    said = {"gradients": 0.5, "contrast": 0.5}
+    less, more = (said | {voice: value} for value in (0.2, 0.4))
+    gained = Evidence().log_odds(**more) - Evidence().log_odds(**less)
+    assert gained == pytest.approx(0.2 * getattr(Evidence(), voice))
+    mute = Evidence(**{voice: 0.0})
+    assert mute.log_odds(**more) == mute.log_odds(**less)
+
+
+def test_probabilities_of_log_odds() -> None:
+    assert probability(0.0) == 0.5
+    assert probability(math.log(3)) == pytest.approx(0.75)
+    assert 0 < probability(-1e9) < 1e-12 < 1 - 1e-12 < probability(1e9) <= 1

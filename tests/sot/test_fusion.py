@@ -18,12 +18,11 @@ from numpy.typing import NDArray
 from motes.core.errors import ConfigError
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.geometry import Ellipse
-from motes.core.track import Status
 from motes.cues.base import AdaptableCue
 from motes.cues.color import Color
 from motes.cues.structure_tensor import Orientation
 from motes.sot.filtering import fusion as fusions
-from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics
+from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.fusion import Fixed, Fusion, PrintedMixture
 from motes.sot.filtering.likelihood import Gaussian
 from motes.sot.filtering.model_update import ExponentialForgetting
@@ -32,7 +31,7 @@ from motes.sot.filtering.resampling import Multinomial
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.particle_state import FilterState
 from motes.sot.step_info import StepInfo
-from oracles import frame, moments, region, scene
+from oracles import moments, region, scene
 
 Floats = NDArray[np.float64]
 
@@ -88,16 +87,6 @@ def test_fixed_weights_are_normalized(weights: Mapping[str, float], cues: int) -
     assert found.sum() == pytest.approx(1)
 
 
-@given(clouds)
-def test_a_share_is_the_power_of_a_likelihood(made: tuple[Floats, Floats, Floats]) -> None:
-    ellipses, prior, logs = made
-    fusion = Fixed(weights={"color": 3.0})
-    weights, powers = fusion.fuse(NAMES[: len(logs)], prior, logs, ellipses)
-    likelihoods = [np.exp(log * len(logs) * w) for log, w in zip(logs, powers, strict=True)]
-    expected = np.exp(prior) * np.prod(likelihoods, axis=0)
-    np.testing.assert_allclose(weights.values, expected / expected.sum(), rtol=1e-9)
-
-
 # Adaptive weights
 
 
@@ -113,17 +102,6 @@ def test_equations_7_to_10_as_printed(made: tuple[Floats, Floats, Floats], floor
     assert (found > 0).all()
     expected = np.exp(prior) * (found @ np.exp(logs))
     np.testing.assert_allclose(weights.values, expected / expected.sum(), rtol=1e-9)
-
-
-@given(clouds, st.lists(st.integers(-9, 9), min_size=30, max_size=30))
-def test_an_angle_counts_modulo_half_a_turn(
-    made: tuple[Floats, Floats, Floats], turns: list[int]
-) -> None:
-    ellipses, prior, logs = made
-    turned = ellipses.copy()
-    turned[:, 4] += np.pi * np.array(turns[: len(turned)])
-    found = shares(PrintedMixture(), (turned, prior, logs))
-    np.testing.assert_allclose(found, shares(PrintedMixture(), made), rtol=1e-5)
 
 
 def test_one_particle_with_all_the_weight() -> None:
@@ -266,40 +244,6 @@ def test_a_step_with_two_cues(fusion: PrintedMixture | Fixed, threshold: float) 
                 np.testing.assert_allclose(one, other, atol=1e-12)
     assert learned >= 4
     assert names_of([state]) == {("color", "orientation", "|", "color", "orientation")}
-
-
-def test_a_cue_that_is_certain_of_a_place_does_not_find_the_target() -> None:
-    """Color matches nowhere, so orientation has the weight; the rule still asks for both."""
-    config = with_cues(
-        fusion=PrintedMixture(), presence=AppearanceRule(margin=0.7, frames=1, max_positions=200)
-    )
-    state, _ = begun(config)
-    picture = scene(1, (40, 30))
-    gray = np.repeat(picture.pixels.mean(axis=2, keepdims=True), 3, axis=2)
-    blue = np.clip(gray * [0, 1, 0] + [0, 0, 255], 0, 255).astype(np.uint8)
-    _, info = config.step(np.random.default_rng(1), state, frame(blue, 1))
-    assert info.cue_weights["orientation"] > 0.5
-    assert info.track.status is Status.LOST
-
-
-def test_the_rule_has_the_reliabilities_mean() -> None:
-    """Equation 13 with the mean of the cues' coefficients and of their thresholds."""
-    config = with_cues(
-        fusion=Fixed(weights={"color": 3.0, "orientation": 1.0}),
-        motion=EllipseWalk(position=0, size=0, eccentricity=0, angle=0),
-        presence=AppearanceRule(frames=1, deviations=0, max_threshold=1.0, max_positions=200),
-    )
-    state, info = begun(config)
-    assert 1 - info.track.distance**2 > 0.99
-    for means, there in (((0.5, 0.5), True), ((1.0, 0.9), True), ((1.0, 1.0), False)):
-        backgrounds = {
-            name: BackgroundStatistics(mean, 0.0)
-            for name, mean in zip(("color", "orientation"), means, strict=True)
-        }
-        picture = scene(0, (40, 30))
-        same = replace(state, backgrounds=backgrounds, time=-0.04)
-        _, info = config.step(np.random.default_rng(0), same, picture)
-        assert (info.track.status is Status.TRACKING) is there
 
 
 # Configurations

@@ -74,16 +74,6 @@ def test_who_is_followed_by_mistake_is_not_reported_as_the_target(seed: int) -> 
         assert track.status is Status.SEARCHING
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(3))
-def test_a_target_before_which_nobody_came_is_believed_in(seed: int) -> None:
-    frames, ours, _ = meeting(in_front=False)
-    tracks = follow(frames, ours[0], seed)
-    assert all(iou(track.box, ours[0]) > 0.5 for track in tracks)
-    assert all(track.confidence > 0.5 for track in tracks)
-    assert {track.status for track in tracks} == {Status.TRACKING}
-
-
 def beliefs(frames: list[Frame], boxes: list[Box]) -> list[float]:
     """Return the belief after each frame if these boxes are followed."""
     identity, found = Identity.begin(frames[0], Ellipse.from_box(boxes[0])), []
@@ -128,13 +118,6 @@ def test_a_target_that_turns_back_to_an_earlier_side_is_believed_in() -> None:
         pixels[82:122, left : left + 30] = person((150, 255, 150))
         frames.append(Frame(index, index * FRAME_INTERVAL, pixels))
     assert min(beliefs(frames, [Box(STANDS, 80, 30, 40)] * FRAMES)) > 0.5
-
-
-def test_what_does_not_move_is_no_neighbor() -> None:
-    frames, ours, others = meeting(in_front=False)
-    still = [Frame(index, frame.time, frames[30].pixels) for index, frame in enumerate(frames)]
-    found = beliefs(still, ours[:APART] + [others[30]] * (FRAMES - APART))
-    assert min(found) > 0.5
 
 
 def test_a_camera_that_moves_makes_no_neighbors_of_the_scenery() -> None:

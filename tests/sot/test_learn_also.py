@@ -44,17 +44,6 @@ def test_a_model_of_two_looks_is_near_to_both(cue: Cue) -> None:
     assert found[0] == pytest.approx(found[1], abs=0.3 if isinstance(cue, Correlation) else 0.05)
 
 
-def test_a_histogram_is_the_mean_and_its_anchor_stays() -> None:
-    color = Color()
-    one = color.learn(look(1), REGION)
-    both = color.learn_also(one, look(2), REGION)
-    seen = color.observe(one, look(2), REGION)
-    assert both.histogram == pytest.approx((one.histogram + seen) / 2)
-    assert both.anchor is one.anchor
-    outside = Ellipse(-900, -900, 5, 5)
-    assert color.learn_also(one, look(2), outside) is one
-
-
 @pytest.mark.parametrize("name", ["default", "nummiaro", "mean_shift"])
 def test_the_target_stays_where_it_is(name: str) -> None:
     tracker = Tracker(name)

@@ -12,10 +12,6 @@ from numpy.typing import NDArray
 
 from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian
 from motes.sot.filtering.resampling import Weights
-from motes.sot.particle_filter import ParticleFilter
-from motes.sot.presets import PRESETS
-from motes.sot.tracker import Tracker
-from oracles import region, scene
 
 Floats = NDArray[np.float64]
 
@@ -63,26 +59,3 @@ def test_the_weight_of_zhao_and_pei(d: Floats, rate: float) -> None:
     for row, log in zip(d, found, strict=True):
         weights = np.exp(-rate * row)
         np.testing.assert_allclose(Weights.from_log(log).values, weights / weights.sum())
-
-
-# Products
-
-
-def test_the_weights_of_a_step() -> None:
-    """What ng_delp makes of the distances of both cues."""
-    config = PRESETS["ng_delp"]
-    assert isinstance(config, ParticleFilter)
-    tracker = Tracker(config, 3)
-    tracker.init(scene(0, (30, 36)), region((30, 36)))
-    for index in (1, 2):
-        picture = scene(index, (30 + index, 36))
-        tracker.update(picture)
-        info = tracker.info
-        total = np.ones(config.particles)
-        for name, cue in config.cues.items():
-            d = cue.distances(info.models[name], picture, info.ellipses)
-            sigma = d.min() / math.sqrt(2)
-            assert isinstance(config.likelihood, BestParticle)
-            total *= np.exp(-(d**2) / (2 * sigma**2)) + config.likelihood.epsilon
-        np.testing.assert_allclose(info.weights, total / total.sum(), rtol=1e-9)
-        assert info.cue_weights == {"color": 0.5, "edges": 0.5}

@@ -14,7 +14,6 @@ from msgspec.structs import replace
 
 from histogram_series import lessons, series
 from kinds import CONFIGS, FILTER_KINDS
-from motes.core.track import Status
 from motes.cues.base import AdaptableCue
 from motes.cues.color import Color
 from motes.cues.gradients import Hog
@@ -94,31 +93,6 @@ def test_steps_learn_what_the_strategy_says(strategy: Any) -> None:
             models[name] = after
 
 
-def test_nothing_is_learned_while_the_target_is_not_there() -> None:
-    tracker = started(small(adaptation=BOTH))
-    for picture in walk(1, 2, 3):
-        tracker.update(picture)
-    state: Any = tracker._state
-    for index in range(4, 12):
-        tracker.update(scene(index, None))
-        after: Any = tracker._state
-        assert after.models == state.models
-        assert after.memories == state.memories
-    assert tracker.info.track.status is Status.SEARCHING
-
-
-def test_a_correction_teaches_nothing() -> None:
-    tracker = started(small(adaptation=BOTH))
-    for picture in walk(1, 2, 3):
-        tracker.update(picture)
-    state: Any = tracker._state
-    for where in ((34.0, 36.0), (80.0, 20.0)):
-        tracker.correct(region(where))
-        after: Any = tracker._state
-        assert after.models == state.models
-        assert after.memories == state.memories
-
-
 def test_where_nothing_is_seen_the_model_stays() -> None:
     """A flat picture has no gradients, whatever the rule says of its colors."""
     config = replace(
@@ -169,6 +143,3 @@ def test_every_filter_takes_every_strategy(name: str, kind: str, tmp_path: Path)
     for name in config.cues:
         np.testing.assert_array_equal(again.models[name].histogram, learned.models[name].histogram)
     assert list(again.memories) == list(learned.memories)
-
-
-# Configurations

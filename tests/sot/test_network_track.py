@@ -25,7 +25,6 @@ from motes.sot.tracker import Tracker
 from onnx_trackers import save_pair
 
 BOX = Box(60.0, 50.0, 30.0, 30.0)
-PLACE = Ellipse.from_box(BOX)
 AWAY = Ellipse(215.0, 135.0, 15.0, 15.0)
 """Where neither the particles' window nor the network's region shows the target."""
 
@@ -83,11 +82,6 @@ def begun(*, backward: bool = False) -> tuple[Tracker, list[Frame]]:
 def truth(frame: Frame) -> Box:
     """Return the box of the square."""
     return BOX._replace(x=BOX.x + 2 * frame.index)
-
-
-def test_without_a_network_the_tracker_has_none() -> None:
-    state, _ = Discriminative().init(np.random.default_rng(0), film(1)[0], PLACE)
-    assert state.network is None
 
 
 def test_the_box_is_between_that_of_the_tracker_and_that_of_the_network(network: Network) -> None:
@@ -180,16 +174,6 @@ def test_lost_particles_begin_again_where_a_network_agrees() -> None:
     track = tracker.update(frames[0])
     assert tracker._state.standing == Standing()
     assert tracker._state.ellipse == track.ellipse
-
-
-def test_only_frames_in_a_row_decide_between_them() -> None:
-    track = NetworkTrack(NetworkModel(np.zeros((1, 1, 1, 1), np.float32)), PLACE)
-    for lead in (1.0, 5.0, -0.1, -3.0, 2.0, 0.1):
-        track = track.compared(lead)
-        assert track.ahead is (lead > 0)
-        assert not track.decided
-    assert not track.agreed().compared(1.0).decided
-    assert track.compared(0.5).decided
 
 
 def test_its_place_stays_in_the_frame() -> None:

@@ -159,21 +159,6 @@ def test_means_and_likelihood(
     assert ratio.std() < 1.5  # else the line before says nothing
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("motion", MODELS, ids=["random_walk", "constant_velocity"])
-def test_the_error_falls_as_the_root_of_n(motion: RandomWalk | ConstantVelocity) -> None:
-    exact, deviations, _ = kalman(motion)
-    counts = np.array([50, 200, 800, 3200])
-    errors = []
-    for n in counts:
-        config = linear_gaussian(motion, int(n), 1.0, "multinomial")
-        off = [(run(config, seed)[0] - exact)[-1] / deviations[-1] for seed in range(60)]
-        errors.append(np.sqrt(np.mean(np.square(off))))
-    slope = np.polyfit(np.log(counts), np.log(errors), 1)[0]
-    assert slope == pytest.approx(-0.5, abs=0.12)
-    assert errors[-1] < 0.1
-
-
 # The estimate
 
 

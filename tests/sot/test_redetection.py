@@ -83,14 +83,6 @@ def test_one_of_the_places_is_turned_as_the_gradients_there_are(quarters: int) -
     assert off.std() > 0.05  # anywhere within a bin
 
 
-def test_where_nothing_has_a_direction_any_turn_will_do() -> None:
-    frame = Frame(0, 0.0, np.full((120, 120, 3), 100, np.uint8))
-    last, cue, rng = Ellipse(59.5, 59.5, 10.0, 10.0), Redetection(), np.random.default_rng(8)
-    model, searchers = cue.learn(frame, last), np.tile(np.array(last), (20, 1))
-    turns = [cue.step(rng, model, searchers, frame, last, 1)[1][-1].theta for _ in range(200)]
-    assert np.histogram(turns, 4, (-np.pi / 16, 2 * np.pi - np.pi / 16))[0].min() > 30
-
-
 def test_edges_tell_what_colors_do_not() -> None:
     """Two squares of the same gray values: one striped across, the other along."""
     frame = picture(60, 60)

@@ -11,9 +11,7 @@ from msgspec.structs import replace
 
 from motes import ConfigError, Tracker, preset, synthetic
 from motes.core.geometry import Ellipse
-from motes.core.track import Status
-from motes.sot.filtering.appearance_rule import AppearanceRule
-from motes.sot.filtering.resampling import KldSampling, Multinomial
+from motes.sot.filtering.resampling import KldSampling
 from motes.sot.particle_filter import ParticleFilter
 
 FIRST = Ellipse(50, 50, 10, 40)  # a mean half-axis of 20
@@ -84,12 +82,6 @@ def test_a_filter_with_a_budget_follows_its_spread(name: str) -> None:
     assert numbers(config(name)) == [config(name).particles] * 11
 
 
-def test_a_change_of_number_needs_a_selection() -> None:
-    """Also with weights that are never unequal enough for one."""
-    chosen = numbers(config(budget=KldSampling(), resampling=Multinomial(threshold=0.0)))
-    assert len(set(chosen)) > 1
-
-
 @pytest.mark.parametrize(("limits", "first"), [((300, 500), 300), ((10, 40), 40), ((50, 500), 100)])
 def test_the_first_frame_is_within_the_budget(limits: tuple[int, int], first: int) -> None:
     tracker = Tracker(config(budget=KldSampling(min=limits[0], max=limits[1])))
@@ -97,15 +89,3 @@ def test_the_first_frame_is_within_the_budget(limits: tuple[int, int], first: in
     assert len(tracker.info.weights) == first
     tracker.update(CLIP[1])
     assert limits[0] <= len(tracker.info.weights) <= limits[1]
-
-
-def test_a_lost_target_gets_more_particles() -> None:
-    rule = AppearanceRule(fraction=0.99, frames=1, margin=1.0, max_threshold=1.0)
-    tracker = Tracker(config(budget=KldSampling(min=10, max=900), presence=rule))
-    tracker.init(CLIP[0], REGION)
-    numbers = []
-    for frame in CLIP[1:]:
-        assert tracker.update(frame).status is Status.SEARCHING
-        numbers.append(len(tracker.info.weights))
-    assert numbers[0] == 100
-    assert min(numbers[2:]) > 150
