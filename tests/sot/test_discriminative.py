@@ -21,17 +21,10 @@ from motes.sot.discriminative.standing import Rival, Standing
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.tracker import Tracker
 from motes.synthetic.street import Street
+from textured import blocks
 
 Pixels = NDArray[np.uint8]
 Place = tuple[float, float]
-Color = tuple[int, int, int]
-
-
-def blocks(seed: int, height: int, width: int, side: int, low: Color, high: Color) -> Pixels:
-    """Return a texture of blocks of random colors."""
-    rng = np.random.default_rng(seed)
-    coarse = rng.integers(low, high, (height // side + 1, width // side + 1, 3), np.uint8)
-    return coarse.repeat(side, axis=0).repeat(side, axis=1)[:height, :width]
 
 
 def wall(height: int, width: int) -> Pixels:
@@ -83,11 +76,9 @@ def colorless(frames: list[Frame]) -> list[Frame]:
 
 
 def circle(middle: Place, radius: float, count: int) -> list[Place]:
-    turns = np.arange(count) / 8
-    return [
-        (middle[0] + radius * np.sin(turn), middle[1] + radius * (1 - np.cos(turn)))
-        for turn in turns.tolist()
-    ]
+    x, y = middle
+    turns = [step / 8 for step in range(count)]
+    return [(x + radius * math.sin(t), y + radius * (1 - math.cos(t))) for t in turns]
 
 
 @pytest.mark.slow

@@ -12,19 +12,13 @@ from motes.core.track import Status, Track
 from motes.core.types import Bytes
 from motes.sot.discriminative.identity import EVERY, MEMORY, Identity, distances, look_at
 from motes.sot.tracker import Tracker
+from textured import blocks
 
 Color = tuple[int, int, int]
 
 FRAMES = 86
 STANDS, APART = 140, 56
 """The target's left edge, and a frame in which the other has left it."""
-
-
-def blocks(seed: int, height: int, width: int, side: int, low: Color, high: Color) -> Bytes:
-    """Return a texture of blocks of random colors."""
-    rng = np.random.default_rng(seed)
-    coarse = rng.integers(low, high, (height // side + 1, width // side + 1, 3), np.uint8)
-    return coarse.repeat(side, axis=0).repeat(side, axis=1)[:height, :width]
 
 
 def person(trousers: Color) -> Bytes:

@@ -10,22 +10,12 @@ import numpy as np
 import pytest
 
 from motes import synthetic
-from motes.core.errors import ConfigError
-from motes.core.track import Status
+from motes.core.errors import ConfigError, SourceError
 from motes.sot.opencv_api import OpenCVTracker
 
 CLIP = synthetic.still((160, 120), target=(30, 40), frames=3)
 IMAGES = [frame.pixels[:, :, ::-1] for frame, _ in CLIP]
 BOX = tuple(round(value) for value in CLIP[0][1][0].ellipse.box)
-
-
-def test_create_is_the_constructor() -> None:
-    tracker, other = OpenCVTracker.create("nummiaro", seed=4), OpenCVTracker("nummiaro", 4)
-    for each in (tracker, other):
-        assert each.init(IMAGES[0], BOX) is None  # type: ignore[func-returns-value]
-    for image in IMAGES[1:]:
-        assert tracker.update(image) == other.update(image)
-    assert tracker.tracker.info.track.status is Status.TRACKING
 
 
 @pytest.mark.parametrize("twice", [copy.copy, copy.deepcopy])
@@ -58,19 +48,31 @@ def test_the_same_calls_work_for_both() -> None:
         assert np.abs(np.array(box) - BOX).max() <= 3
 
 
-def test_nothing_is_created_of_what_is_no_preset() -> None:
-    with pytest.raises(ConfigError, match="No preset"):
-        OpenCVTracker.create("csrt")
-    parameters = [
+def test_create_is_the_constructor() -> None:
+    made, created = (
         inspect.signature(each).parameters for each in (OpenCVTracker, OpenCVTracker.create)
-    ]
-    assert parameters[0] == parameters[1]
+    )
+    assert made == created
 
 
-def test_the_confidence_is_that_of_the_track() -> None:
+@pytest.mark.parametrize(
+    ("call", "error", "message"),
+    [
+        (lambda: OpenCVTracker.create("csrt"), ConfigError, "No preset"),
+        (lambda: OpenCVTracker().init(IMAGES[0], (30, 36, 10)), ConfigError, "A box has 4 numbers"),
+        (lambda: OpenCVTracker().init(IMAGES[0], None), ConfigError, "got None"),  # type: ignore[arg-type]
+        (lambda: OpenCVTracker().init(None, BOX), SourceError, "no picture"),  # type: ignore[arg-type]
+        (lambda: OpenCVTracker().update(IMAGES[0]), ConfigError, "no target yet"),
+        (lambda: OpenCVTracker().track, ConfigError, "no track before init"),
+    ],
+)
+def test_what_is_refused(call: Callable[[], object], error: type[Exception], message: str) -> None:
+    with pytest.raises(error, match=message):
+        call()
+
+
+def test_found_and_confident_is_what_is_tracked() -> None:
     tracker = OpenCVTracker("nummiaro")
-    with pytest.raises(ConfigError, match="no track before init"):
-        _ = tracker.track
     image = np.zeros((60, 80, 3), np.uint8)
     image[20:40, 30:50] = 200, 60, 20
     tracker.init(image, (30, 20, 20, 20))
@@ -78,3 +80,5 @@ def test_the_confidence_is_that_of_the_track() -> None:
     assert ok
     assert tuple(map(round, tracker.track.box)) == box
     assert tracker.track.confidence > 0.5
+    answers = [tracker.update(np.zeros_like(image))[0] for _ in range(6)]
+    assert answers[-1] is False

@@ -83,23 +83,6 @@ def test_one_of_the_places_is_turned_as_the_gradients_there_are(quarters: int) -
     assert off.std() > 0.05  # anywhere within a bin
 
 
-def test_edges_tell_what_colors_do_not() -> None:
-    """Two squares of the same gray values: one striped across, the other along."""
-    frame = picture(60, 60)
-    cue = Redetection()
-    model = cue.learn(frame, LAST)
-    pixels = picture(60, 60).pixels.copy()
-    pixels[128:152, 208:232] = pixels[48:72, 48:72].transpose(1, 0, 2)
-    pixels[48:72, 48:72] = 110
-    pixels[28:52, 208:232] = picture(60, 60).pixels[48:72, 48:72]
-    both = Frame(1, 0.04, pixels)
-    rows = np.array([[219.5, 139.5, 12, 12, 0], [219.5, 39.5, 12, 12, 0]])
-    searchers = np.repeat(rows, 200, axis=0)
-    rng = np.random.default_rng(2)
-    _, places = cue.step(rng, model, searchers, both, LAST, 1)
-    assert places[0].y == pytest.approx(39.5, abs=12)
-
-
 def test_another_color_speaks_against_a_place_by_the_weight_of_a_search_particle() -> None:
     cue, frame = Redetection(), picture(60, 60)
     model = cue.updated(cue.learn(frame, LAST), frame, LAST, 0.05)  # the first counts as a whole
