@@ -7,10 +7,7 @@ import re
 from typing import Any
 
 import msgspec
-import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from kinds import CONFIGS
 from motes.cli.settings import value_of
@@ -107,33 +104,6 @@ def test_every_part_survives_plain_values_and_toml() -> None:
         assert from_dict(from_toml(to_toml(config), "text"), TrackerConfig) == config
 
 
-@pytest.mark.slow
-@given(
-    st.builds(
-        ParticleFilter,
-        particles=st.integers(1, 10_000),
-        motion=st.builds(RandomWalk, noise=st.builds(Noise, position=st.floats(0, 1e6)))
-        | st.builds(ConstantVelocity, persistence=st.floats(0, 1)),
-        color=st.builds(
-            Color,
-            space=st.sampled_from(["rgb", "hsv", "hsv+v"]),
-            bins=st.tuples(*[st.integers(1, 64)] * 3),
-        ),
-        hog=st.none() | st.builds(Hog, cells=st.integers(1, 4), rotation_normalized=st.booleans()),
-        fusion=st.builds(Fixed, weights=st.dictionaries(st.just("color"), st.floats(0.1, 9))),
-        likelihood=st.builds(Gaussian, sigma=st.floats(1e-3, 1e3), epsilon=st.floats(0, 1)),
-        adaptation=st.builds(
-            PerCue,
-            cues=st.dictionaries(
-                st.just("color"), st.builds(KalmanBins) | st.just(ExponentialForgetting())
-            ),
-        ),
-    )
-)
-def test_any_particle_filter_survives_toml(config: ParticleFilter) -> None:
-    assert from_dict(from_toml(to_toml(config), "text"), TrackerConfig) == config
-
-
 class Zone(Config, frozen=True):
     """With fields that may be None."""
 
@@ -182,20 +152,6 @@ def test_changes_that_do_not_fit(changes: dict[str, Any], message: str) -> None:
         configure(preset("nummiaro"), changes)
     assert message in str(error.value)
     assert "\n" not in str(error.value)
-
-
-def test_a_configuration_may_begin_at_the_name_of_a_preset() -> None:
-    assert configure("maggio", {"particles": 5}) == configure(preset("maggio"), {"particles": 5})
-    with pytest.raises(ConfigError, match="did you mean 'maggio'"):
-        configure("magio", {"particles": 5})
-
-
-def test_values_become_what_the_field_says() -> None:
-    color = Color(bins=[4, 4, 2])  # type: ignore[arg-type]
-    assert color == Color(bins=(4, 4, 2))
-    assert hash(color) == hash(Color(bins=(4, 4, 2)))
-    motion = RandomWalk(noise={"size": 0.5})  # type: ignore[arg-type]
-    assert motion == RandomWalk(noise=Noise(size=0.5))
 
 
 def test_changes() -> None:
@@ -268,23 +224,6 @@ def test_one_table_in_place_of_several_is_told_from_a_list(value: Any) -> None:
 def test_text_that_is_no_toml() -> None:
     with pytest.raises(ConfigError, match=r"^my.toml is not valid TOML: "):
         from_toml("a = = 1", "my.toml")
-
-
-@pytest.mark.parametrize("name", ["nummiaro", "maggio", "ng_delp", "zhao_pei"])
-def test_a_printed_preset_reads_every_pixel(name: str) -> None:
-    config = preset(f"{name}:printed")
-    assert isinstance(config, ParticleFilter)
-    assert {getattr(cue, "sampling", None) for cue in config.cues.values()} == {EveryPixel()}
-    assert config.presence.in_frame or name != "nummiaro"
-
-
-def test_extreme_but_allowed_values_work() -> None:
-    """Neither overflows nor divides by zero, however sharp."""
-    sharp = Calibration(middle=0.5, width=1e-300)
-    assert [sharp.probability(d) for d in (0.0, 0.5, 1.0)] == [1, 0.5, 0]
-    usual = Calibration(middle=0.3, width=0.1)
-    for d in np.linspace(0, 1, 11):
-        assert usual.probability(d) == pytest.approx(1 / (1 + math.exp((d - 0.3) / 0.1)))
 
 
 def test_deep_toml_is_refused() -> None:

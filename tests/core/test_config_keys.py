@@ -13,7 +13,7 @@ from msgspec import Meta
 
 import motes
 from motes.core.config import Config, Count, Positive, Share
-from motes.core.config_keys import all_keys, keys, meanings
+from motes.core.config_keys import keys, meanings
 from motes.core.type_words import words
 
 
@@ -65,12 +65,6 @@ def test_keys_have_values_of_a_configuration_or_defaults() -> None:
     (entry,) = by_name.choices[0].keys
     assert (entry.path, entry.value, entry.type) == ("by_name.a", "0.5", "number, 0 to 1")
     assert [key.required for key in keys(Holder)] == [True, False, False, False]
-
-
-def test_all_keys_include_those_of_every_choice() -> None:
-    found = {key.path for key in all_keys(keys(Holder))}
-    assert {"item", "item.type", "item.size", "maybe.left", "by_name.NAME"} <= found
-    assert "maybe.type" not in found
 
 
 @pytest.mark.parametrize(

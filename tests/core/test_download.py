@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import socket
 import time
 from collections.abc import Iterator
 from contextlib import suppress
@@ -91,11 +90,3 @@ def test_what_goes_wrong_is_one_line(
     with pytest.raises(SourceError, match=words) as caught:
         download(f"{address}/{path}", len(CONTENT), DIGEST)
     assert "\n" not in str(caught.value)
-
-
-def test_nobody_answers() -> None:
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        port = taken.getsockname()[1]
-    with pytest.raises(SourceError, match="Connection refused; check the connection"):
-        download(f"http://127.0.0.1:{port}/whole", len(CONTENT), DIGEST)

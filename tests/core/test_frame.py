@@ -20,18 +20,6 @@ from motes.sot.tracker import Tracker
 RGB = np.random.default_rng(0).integers(0, 256, (6, 9, 3), np.uint8)
 
 
-def test_size() -> None:
-    frame = Frame(0, 0.0, RGB)
-    assert (frame.width, frame.height) == (9, 6)
-
-
-@pytest.mark.parametrize("image", [RGB[:, ::-1], RGB / 255, np.asfortranarray(RGB), RGB[:, :, 0]])
-def test_a_frame_s_pixels_are_rgb(image: Any) -> None:
-    pixels = Frame(0, 0.0, image).pixels
-    np.testing.assert_array_equal(pixels, as_rgb(image))
-    assert pixels.shape == RGB.shape
-
-
 @pytest.mark.parametrize(
     "image",
     [
@@ -64,11 +52,6 @@ def test_gray(image: Any) -> None:
         assert rgb.shape == (*image.shape, 3)
         for channel in range(3):
             np.testing.assert_array_equal(rgb[:, :, channel], image)
-
-
-def test_alpha_is_dropped() -> None:
-    rgba = np.dstack([RGB, np.full((6, 9), 7, np.uint8)])
-    np.testing.assert_array_equal(as_rgb(rgba), RGB)
 
 
 def test_sixteen_bits_keep_the_high_byte() -> None:
@@ -158,9 +141,3 @@ def test_a_time_is_a_number(time: Any) -> None:
     with pytest.raises(SourceError, match=r"^Frame 3 has the time .*; give it seconds"):
         Frame(3, time, np.zeros((4, 5, 3), np.uint8))
     assert Frame(3, np.float32(0.5), np.zeros((4, 5, 3), np.uint8)).time == 0.5  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize("index", [None, "1", 1.5])
-def test_an_index_is_a_whole_number(index: Any) -> None:
-    with pytest.raises(SourceError, match="index is a whole number"):
-        Frame(index, 0.0, np.zeros((4, 5, 3), np.uint8))

@@ -21,11 +21,6 @@ ellipses = st.builds(Ellipse, numbers, numbers, sizes, sizes, angles)
 boxes = st.builds(Box, numbers, numbers, sizes, sizes)
 
 
-@given(boxes)
-def test_box_and_inscribed_ellipse_agree(box: Box) -> None:
-    np.testing.assert_allclose(Ellipse.from_box(box).box, box, atol=1e-9)
-
-
 @given(ellipses)
 def test_box_is_the_tightest_around_the_outline(ellipse: Ellipse) -> None:
     outline = ellipse.polygon(20000)
@@ -43,13 +38,6 @@ def test_outline_lies_on_the_ellipse(ellipse: Ellipse) -> None:
     cos, sin = math.cos(ellipse.theta), math.sin(ellipse.theta)
     u, v = (x * cos + y * sin) / ellipse.a, (y * cos - x * sin) / ellipse.b
     np.testing.assert_allclose(u * u + v * v, 1, atol=1e-6)
-
-
-def test_angles_run_from_x_towards_y() -> None:
-    first = Ellipse(0, 0, 10, 1, math.pi / 2).polygon(4)[0]
-    np.testing.assert_allclose(first, [0, 10], atol=1e-12)
-    box = Ellipse(0, 0, 10, 1, math.pi / 6).polygon()
-    assert np.cov(box.T)[0, 1] > 0  # to the right and down
 
 
 @pytest.mark.parametrize(
@@ -125,14 +113,6 @@ def test_overlap_counts_pixels(
     union = (masks[0] | masks[1]).sum()
     expected = (masks[0] & masks[1]).sum() / union if union else 0
     assert float(iou(first, second)) == pytest.approx(expected)
-
-
-@given(boxes, boxes)
-def test_overlap_is_symmetric_and_bounded(first: Box, second: Box) -> None:
-    value = float(iou(first, second))
-    assert 0 <= value <= 1 + 1e-9
-    assert value == float(iou(second, first))
-    assert float(iou(first, first)) == pytest.approx(1)
 
 
 @pytest.mark.parametrize(

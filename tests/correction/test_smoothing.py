@@ -77,17 +77,6 @@ def test_jumps_away_and_back_are_outliers() -> None:
     assert not outliers(seen, valid, 13.82).any()
 
 
-def test_a_target_that_rests_and_runs_does_not_jump() -> None:
-    rng = np.random.default_rng(2)
-    rest, run = np.zeros(30), np.full(5, 4.0)
-    steps = np.concatenate([rest, run, rest, run, rest, -run, rest])
-    seen = np.cumsum(steps)[:, None] + rng.normal(0, 0.1, (len(steps), 2))
-    valid = np.ones(len(seen), bool)
-    assert not outliers(seen, valid, 13.82).any()
-    seen[50:53] += 9
-    assert np.flatnonzero(outliers(seen, valid, 13.82)).tolist() == [50, 51, 52]
-
-
 def test_one_pass_that_leaves_the_target_is_left_out() -> None:
     n = 40
     agree = np.ones(n, bool)
@@ -102,25 +91,6 @@ def test_one_pass_that_leaves_the_target_is_left_out() -> None:
     assert not follows.used[0, 26:].any()
     assert follows.used[1].all()
     assert follows.probability.min() > 0.5
-
-
-def test_where_both_are_lost_nothing_is_used() -> None:
-    n = 60
-    agree = np.zeros(n, bool)
-    agree[:10] = agree[-10:] = True
-    confidence = np.full((2, n), 0.9)
-    confidence[:, 10:-10] = 0.02
-    follows = support(confidence, agree, (True, True), np.zeros(n, bool))
-    assert follows.used[:, :9].all()
-    assert not follows.used[:, 25:35].any()
-
-
-def test_absent_frames_have_no_pass() -> None:
-    absent = np.zeros(30, bool)
-    absent[10:15] = True
-    follows = support(np.full((2, 30), 0.9), np.ones(30, bool), (True, True), absent)
-    assert not follows.used[:, absent].any()
-    assert follows.used[:, ~absent].all()
 
 
 def test_frames_between_two_supports_are_bridged_where_nothing_was_absent() -> None:

@@ -59,18 +59,6 @@ def test_the_response_is_relative_to_the_first_frames() -> None:
     assert response == pytest.approx(1.0, abs=0.2)
 
 
-def test_the_target_is_found_in_both_looks_that_were_learned() -> None:
-    """Also where they have nothing in common but their place."""
-    pictures = [scene(1), scene(1)]
-    for seed, picture in enumerate(pictures, start=2):
-        picture[70:110, 104:136] = scene(seed, 40, 32)
-    one, two = (Frame(0, 0.0, picture) for picture in pictures)
-    both = FILTER.learn_also(FILTER.learn(one, TARGET), two, TARGET)
-    for frame in (one, two):
-        peak = FILTER.view(both, frame, TARGET).peak()
-        assert peak[:2] == pytest.approx(TARGET[:2], abs=1.5)
-
-
 def test_a_place_outside_of_the_window_has_no_response() -> None:
     view = FILTER.view(first(), moved(0, 0), TARGET)
     far = TARGET._replace(x=TARGET.x + 3 * REACH * TARGET.side)
@@ -116,19 +104,6 @@ def test_it_is_confined_to_the_target() -> None:
     response, _ = FILTER.view(model, Frame(0, 0.0, background), TARGET).near(TARGET)
     same, _ = FILTER.view(model, moved(0, 0), TARGET).near(TARGET)
     assert response > 0.5 * same
-
-
-def test_learning_from_a_window_beside_the_target_equals_learning_at_it() -> None:
-    model, frame = first(), moved(6, -4)
-    target = TARGET._replace(x=TARGET.x + 6, y=TARGET.y - 4)
-    beside, at = (
-        FILTER.updated(model, frame, FILTER.view(model, frame, place), target)
-        for place in (TARGET, target)
-    )
-    for learned in (beside, at):
-        response, peak = FILTER.view(learned, frame, target).near(target)
-        assert peak[:2] == pytest.approx(target[:2], abs=1.5)
-        assert response > 0.5
 
 
 Complexes = NDArray[np.complexfloating[Any, Any]]

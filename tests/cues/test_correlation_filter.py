@@ -29,7 +29,6 @@ from motes.cues.search_window import (
     LEAST_MARGIN,
     SAMPLES,
     TURN,
-    WIDEST,
     features,
     grid,
 )
@@ -111,17 +110,6 @@ def test_points_of_a_window_are_where_its_samples_are(turn: float) -> None:
     np.testing.assert_allclose(samples.offsets(place, points), offsets, atol=1e-9)
 
 
-def test_the_taper_is_no_wider_than_the_target_asks_for() -> None:
-    square, thin = grid(20, 20), grid(10, 60)
-    hann = np.outer(*(np.hanning(n + 2)[1:-1] for n in (square.rows, square.columns)))
-    np.testing.assert_allclose(square.taper, hann, atol=1e-6)
-    across = thin.taper[thin.rows // 2]
-    offsets = CELL_SIZE * np.abs(np.arange(thin.columns) - (thin.columns - 1) / 2)
-    assert ((across > 0) == (offsets < WIDEST / 2 * thin.width)).all()
-    assert (across == 0).any()
-    assert (thin.taper[:, thin.columns // 2] > 0).all()
-
-
 def test_windows_see_every_ellipse_near_their_middle() -> None:
     rng = np.random.default_rng(4)
     samples, place = grid(20, 14), TARGET._replace(theta=0.4)
@@ -142,14 +130,6 @@ def test_windows_see_every_ellipse_near_their_middle() -> None:
         assert (np.abs(turned) <= TURN / 2 + 1e-9).all()
         assert abs(window.theta - place.theta) <= np.pi / 2 + TURN / 2
     assert (seen == 1).all()
-
-
-def test_one_window_sees_who_is_near_the_last_place() -> None:
-    rng = np.random.default_rng(5)
-    ellipses = np.array(TARGET) + rng.uniform(-1, 1, (50, 5)) * (18, 12, 2, 1.5, 0.2)
-    ((window, mine),) = grid(20, 14).tile_windows(textured(), TARGET, ellipses)
-    assert window == pytest.approx(TARGET)
-    assert sorted(mine) == list(range(50))
 
 
 @pytest.mark.parametrize("half", [(1, 1), (4, 4), (30, 50), (960, 540), (300, 3)])
@@ -217,15 +197,6 @@ def test_a_lesson_off_the_center_is_one_at_the_center() -> None:
     row, column = np.unravel_index(plane.argmax(), plane.shape)
     assert abs(column - plane.shape[1] // 2) <= 1
     assert abs(row - plane.shape[0] // 2) <= 1
-
-
-def test_the_best_response_near_a_place_is_none_outside_of_the_window() -> None:
-    first = np.zeros((10, 12), np.float32)
-    first[5, 8] = 0.7
-    assert peak_near(first, 1.4 * CELL_SIZE, 0.0) == pytest.approx(0.7)
-    assert peak_near(first, 0.4 * CELL_SIZE, 0.0) == 0
-    assert peak_near(first, 2.0 * CELL_SIZE, 1.6 * CELL_SIZE) == 0
-    assert peak_near(first, 90.0 * CELL_SIZE, -90.0 * CELL_SIZE) == 0
 
 
 # The color posterior
@@ -299,13 +270,6 @@ def test_a_cue_that_settles_learns_what_is_there(cue: Any) -> None:
     was = cue.distances(model, before, np.array([TARGET]))[0]
     back = replace(kept, place=TARGET)
     assert cue.distances(back, before, np.array([TARGET]))[0] == pytest.approx(was)
-
-
-def test_a_tiny_target_has_a_cell_for_each_pixel_and_room_to_move() -> None:
-    tiny = grid(4, 4)
-    per_pixel = tiny.width / (8 * CELL_SIZE)
-    assert per_pixel == pytest.approx(1, abs=0.1)
-    assert tiny.columns / per_pixel == pytest.approx(8 + 2 * LEAST_MARGIN)
 
 
 @pytest.mark.parametrize("top", [-0.4, 0.0, 0.3])

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from motes import kernels
 from motes.core.geometry import Ellipse
 from motes.cues.gradients import Edges
-from motes.cues.sampling import EveryPixel, Lattice, sunflower
+from motes.cues.sampling import Lattice, sunflower
 from motes.kernels.structures import PixelGrid, Reading
 from oracles import (
     MIDDLE,
@@ -91,15 +91,6 @@ def test_lattice(pixels: Any, ellipse: Ellipse, points: int) -> None:
     found = cue.histograms(frame(pixels), rows(ellipse))[0]
     expected = normalized(weights, bins[lines[inside], columns[inside]], 8)
     np.testing.assert_allclose(found, expected, atol=1e-6)
-
-
-def test_weak_edges_are_left_out_and_are_no_angle() -> None:
-    """Equation 14 sets their angle to 0, which would count them as vertical edges."""
-    pixels = edge((0, 1)).pixels.copy()
-    pixels[:, ::2] += 20  # a weak edge in every row
-    histogram = Edges(sampling=EveryPixel()).histograms(frame(pixels), rows(MIDDLE))[0]
-    assert histogram[0] > 0.9
-    assert histogram[4] == 0
 
 
 # Distances

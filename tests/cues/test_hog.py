@@ -14,15 +14,13 @@ from numpy.typing import NDArray
 from motes import kernels
 from motes.core.geometry import Ellipse
 from motes.cues.gradients import DERIVATIVE, SMOOTH, Hog
-from motes.cues.sampling import EveryPixel, Lattice, Sampling, sunflower
+from motes.cues.sampling import Lattice, sunflower
 from motes.kernels.structures import PixelGrid, Reading
 from oracles import (
-    MIDDLE,
     SHARES,
     Pixels,
     between_pixels,
     checkerboard,
-    edge,
     frame,
     lattice_places,
     mosaic,
@@ -36,7 +34,6 @@ from oracles import (
 
 Floats = NDArray[np.float64]
 
-samplings = pytest.mark.parametrize("sampling", [*SHARES.values(), Lattice()], ids=repr)
 forms = st.tuples(st.integers(1, 3), st.sampled_from([5, 8]), st.booleans())
 """Cells, bins and whether histograms are turned."""
 
@@ -104,33 +101,6 @@ def test_lattice(pixels: Any, ellipse: Ellipse, count: int, form: tuple[int, int
     cue = Hog(cells=cells, bins=bins, rotation_normalized=turned, sampling=Lattice(points=count))
     found = cue.histograms(frame(pixels), rows(ellipse))[0]
     np.testing.assert_allclose(found, expected, atol=1e-5)
-
-
-# What a histogram says
-
-
-@pytest.mark.parametrize("cells", [1, 3])
-def test_quarter_turns(cells: int) -> None:
-    """A target turned with its ellipse keeps its histogram, if that is turned too."""
-    pixels = mosaic(5, 31, 31)
-    where, left = Ellipse(13, 17, 9.2, 4.3, 0.3), Ellipse(17, 30 - 13, 9.2, 4.3, 0.3 - math.pi / 2)
-    quarter = np.rot90(pixels).copy()
-    for turned in (True, False):
-        cue = Hog(cells=cells, rotation_normalized=turned, sampling=EveryPixel())
-        model = cue.learn(frame(pixels), where)
-        distance = cue.distances(model, frame(quarter), rows(left))[0]
-        assert bool(distance < 1e-3) is turned
-
-
-# Distances
-
-
-@samplings
-def test_without_any_gradient_there_is_nothing(sampling: Sampling) -> None:
-    cue, flat = Hog(sampling=sampling), edge((1, 0), 0)
-    model = cue.learn(flat, MIDDLE)
-    assert not model.histogram.any()
-    assert cue.distances(model, flat, rows(MIDDLE)).tolist() == [1]
 
 
 # Planes

@@ -12,30 +12,25 @@ from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from motes import kernels, synthetic
+from motes import kernels
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.cues.sampling import PROFILES, EveryPixel, Lattice, Sampling, sunflower
 from motes.cues.structure_tensor import (
     HYSTERESIS,
-    CertainPlane,
     Filters,
     Orientation,
     filters_of,
 )
 from motes.kernels.structures import PixelGrid, Reading
-from motes.sot.presets import configure, preset
-from motes.sot.tracker import Tracker
 from oracles import (
     Pixels,
     between_pixels,
     edges,
     frame,
-    lattice_places,
     mosaic,
     on_a_border,
     orientation_histogram,
-    radii,
     rows,
     structure_tensor,
     triangle,
@@ -51,7 +46,6 @@ SCALES = {1: 1.1, 2: 1.9, 3: 2.8}
 """Scales of filters that work on blocks of so many pixels."""
 
 forms = pytest.mark.parametrize("form", FORMS)
-samplings = pytest.mark.parametrize("sampling", SAMPLINGS, ids=["every pixel", "lattice"])
 pictures = st.builds(mosaic, st.integers(0, 99), st.integers(1, 26), st.integers(1, 26))
 scales = st.sampled_from(sorted(SCALES.values()))
 
@@ -84,12 +78,6 @@ def computed(
     return plane
 
 
-def assert_same(part: Edges, whole: Edges, where: tuple[slice, slice]) -> None:
-    """Compare a plane with a part of another one, bit for bit."""
-    np.testing.assert_array_equal(part.certainty, whole.certainty[where])
-    np.testing.assert_array_equal(part.bins, whole.bins[where])
-
-
 def tensors(pixels: Pixels, filters: Filters) -> Floats:
     smooth, derivative, window = (taps.astype(np.float64) for taps in filters[1:])
     return structure_tensor(pixels, filters.step, smooth, derivative, window)
@@ -120,10 +108,6 @@ def texture(ellipse: Ellipse, size: int = 120, zoom: float = 1.0) -> Frame:
 
 def replaced(cue: Orientation, **changes: Any) -> Orientation:
     return msgspec.structs.replace(cue, **changes)
-
-
-def planes(picture: Frame) -> list[CertainPlane]:
-    return list(picture.cache.values())
 
 
 # The filters
@@ -186,22 +170,6 @@ def test_structure_tensor(pixels: Pixels, scale: float, window: float, count: in
     check_plane(computed(pixels, filters, count), tensors(pixels, filters), count)
 
 
-@given(pictures, scales, st.data())
-def test_a_part_of_a_plane_is_computed_as_in_the_whole(
-    pixels: Pixels, scale: float, data: st.DataObject
-) -> None:
-    """Bit for bit: what is kept of a frame must not depend on who asked first."""
-    filters = filters_of(scale, 1.0)
-    height, width = blocks(pixels, filters.step)
-    left, top = data.draw(st.integers(0, width - 1)), data.draw(st.integers(0, height - 1))
-    right, bottom = (
-        data.draw(st.integers(left + 1, width)),
-        data.draw(st.integers(top + 1, height)),
-    )
-    part = computed(pixels, filters, part=(left, top, right, bottom))
-    assert_same(part, computed(pixels, filters), (slice(top, bottom), slice(left, right)))
-
-
 def turn(y: Any, x: Any) -> Floats:
     """Return the kernel's angle of (x, y) in radians, from -pi."""
     y, x = np.atleast_1d(y).astype(np.float32), np.atleast_1d(x).astype(np.float32)
@@ -223,9 +191,6 @@ def test_angles(points: list[tuple[float, float]]) -> None:
     off = (off + np.pi) % (2 * np.pi) - np.pi  # a whole turn is none
     off[(x == 0) & (y == 0)] = 0
     assert np.abs(off).max() < 1.2e-5
-
-
-# Which bin
 
 
 # Histograms
@@ -339,34 +304,6 @@ def test_models(seed: int, ellipse: Ellipse, scale: float, cue: Orientation) -> 
 
 # Nothing to see
 
-BLANKS = {
-    "black": np.zeros((40, 50, 3), np.uint8),
-    "white": np.full((40, 50, 3), 255, np.uint8),
-    "one color": np.full((40, 50, 3), (200, 30, 90), np.uint8),
-    "one pixel": np.full((1, 1, 3), 90, np.uint8),
-}
-
-
-@forms
-@samplings
-@pytest.mark.parametrize("blank", BLANKS)
-@pytest.mark.parametrize("kept", [0.0, 0.5, 1.0])
-def test_without_edges_there_is_nothing(
-    form: Form, sampling: Sampling, blank: str, kept: float
-) -> None:
-    empty, full = frame(BLANKS[blank]), frame(mosaic(1, 40, 50))
-    where = Ellipse(20, 20, 10, 7, 0.3)
-    cue = Orientation(form=form, sampling=sampling, kept_fraction=kept)
-    nothing = cue.learn(empty, where)
-    assert not nothing.histogram.any()
-    assert np.isfinite([nothing.scale, nothing.threshold]).all()
-    np.testing.assert_array_equal(cue.distances(nothing, full, rows(where)), 1)
-    something = replaced(cue, kept_fraction=0.5).learn(full, where)
-    for model in (nothing, something):
-        np.testing.assert_array_equal(cue.distances(model, empty, rows(where, where)), 1)
-        assert not cue.observe(model, empty, where).any()
-        assert np.isfinite(cue.update_reading(model, empty, where).threshold)
-
 
 @given(
     st.builds(mosaic, st.integers(0, 9), st.integers(1, 12), st.integers(1, 12)),
@@ -414,36 +351,6 @@ def test_a_spectrum_does_not_depend_on_the_angle() -> None:
 
 
 # The threshold
-
-
-@given(
-    st.integers(0, 30), st.floats(0, 1), st.sampled_from(SAMPLINGS), st.sampled_from([0.05, 0.2])
-)
-def test_a_share_of_the_pixels_is_kept(
-    seed: int, kept: float, sampling: Sampling, scale: float
-) -> None:
-    cue = Orientation(kept_fraction=kept, sampling=sampling, scale=scale, kernel="uniform")
-    rng = np.random.default_rng(seed)
-    picture = frame(rng.integers(0, 256, (60, 70, 3), np.uint8))
-    where = Ellipse(30 + seed / 3, 29, 20, 12, 0.4)
-    threshold = cue.learn(picture, where).threshold
-    filters = filters_of(cue._scale(where), cue.window)
-    certainty = computed(picture.pixels, filters).certainty
-    there = Ellipse(
-        (where.x + 0.5) / filters.step - 0.5, (where.y + 0.5) / filters.step - 0.5,
-        where.a / filters.step, where.b / filters.step, where.theta,
-    )  # fmt: skip
-    lattice = sampling.lattice
-    assume(not rounding_decides(certainty.shape, there, lattice))
-    if lattice.size:
-        columns, lines = np.floor(lattice_places(there, lattice)[0] + 0.5).astype(int).T
-        values = certainty[lines, columns]
-    else:
-        values = certainty[radii(certainty.shape, there)[1] < 1]
-    # No two pixels are equally certain here; a lattice may read one of them twice.
-    same = max(np.unique(values, return_counts=True)[1])
-    above = np.count_nonzero(values > threshold)
-    assert abs(above - kept * len(values)) <= max(1, same)
 
 
 def test_the_threshold_is_a_quantile_of_the_last_frame() -> None:
@@ -498,27 +405,3 @@ def test_a_histogram_does_not_depend_on_the_size(scale: float, zoom: float, form
     near, far = (cue.distances(settled, picture, rows(large))[0] for settled in (selected, fixed))
     assert near < 0.05
     assert far > (2 if form == "rotated" else 1.1) * near
-
-
-# Planes
-
-
-def test_a_step_computes_one_plane(monkeypatch: pytest.MonkeyPatch) -> None:
-    """For all particles, the estimate, and the threshold of the next frame."""
-    compute, calls = kernels.structure_tensor.structure_tensor, []
-
-    def counted(*arguments: Any) -> None:
-        calls.append(arguments)
-        compute(*arguments)
-
-    config = configure(
-        preset("maggio"), {"orientation": {"scale_selection": False}, "presence": {"contrast": 0.0}}
-    )
-    (first, (truth,)), *others = synthetic.growing((160, 120), 6)
-    tracker = Tracker(config)
-    tracker.init(first, truth.ellipse)
-    monkeypatch.setattr(kernels.structure_tensor, "structure_tensor", counted)
-    for picture, _ in others:
-        calls.clear()
-        tracker.update(picture)
-        assert len(calls) == len(planes(picture)) == 1

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-import motes
 from motes import kernels
 from motes.core.errors import ConfigError
 from motes.core.geometry import Ellipse
@@ -24,7 +23,6 @@ from motes.cues import (
 )
 from motes.cues.search_window import features
 from motes.filtering import Confined
-from motes.mot.expected import CUE, Expected
 from oracles import frame, mosaic, rows
 
 GOOD = Ellipse(30.0, 20.0, 8.0, 6.0, 0.2)
@@ -117,20 +115,3 @@ def test_samples_of_any_value_have_a_color_and_a_sector() -> None:
     kernels.bilinear.box_means(sums, boxes, means)
     assert ((means >= 0) & (means <= 1)).all()
     assert features(samples).shape == (30, 6, 6)
-
-
-# Trackers and scenes
-
-
-@pytest.mark.parametrize("samples", [*([each] for each in WILD), [], [[1.0, 2, 3, 4]], None])
-def test_nothing_wild_is_expected(samples: Any) -> None:
-    tracker = motes.Tracker("nummiaro")
-    tracker.init(PICTURE.pixels, (20, 12, 16, 14))
-    scene = motes.Scene(lambda frame: [])
-    model = CUE.learn(PICTURE, GOOD)
-    with pytest.raises(ConfigError):
-        tracker.expect(samples)
-    with pytest.raises(ConfigError):
-        scene.expect([Expected(1, samples, np.zeros(2), model, True)])
-    with pytest.raises(ConfigError, match="velocity"):
-        scene.expect([Expected(1, rows(GOOD), np.array([np.nan, 0]), model, True)])

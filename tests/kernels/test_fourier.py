@@ -37,13 +37,6 @@ def test_lines_of_any_length_have_transforms(n: int) -> None:
     np.testing.assert_allclose(back, expected_back, rtol=0, atol=1e-5)
 
 
-def test_frequencies_that_are_left_out_are_none() -> None:
-    few = rfft2(RNG.normal(size=(2, 24, 6)).astype(np.float32))
-    for columns in (8, 9, 40):
-        expected = fft.irfft2(few, (24, columns))
-        np.testing.assert_array_equal(irfft2(few, columns), expected)
-
-
 @pytest.mark.parametrize(("wide", "high"), [(4, 7), (1, 20), (30, 2), (99, 99)])
 def test_a_filter_is_confined_to_a_box(wide: int, high: int) -> None:
     n, penalty = 20, np.float32(0.1)

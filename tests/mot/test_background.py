@@ -85,15 +85,6 @@ def test_a_gray_shirt_that_comes_before_a_white_wall_is_no_shadow() -> None:
             assert iou(boxes[0], place) > 0.7, index
 
 
-def test_a_moving_camera_is_said_once() -> None:
-    rng, detector = np.random.default_rng(0), BackgroundDetector()
-    world = rng.integers(0, 256, (60, 400, 3), np.uint8)
-    for index in range(40):
-        assert detector(Frame(index, index / 25, world[:, 5 * index : 5 * index + 80])) == []
-    assert list(detector.warnings) == ["light", "camera"]
-    assert detector.warnings["camera"].startswith("Frame 10: ")
-
-
 def test_a_flood_of_objects_is_limited(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(background, "LIMIT", 7)
     detector = BackgroundDetector(BackgroundConfig(least=1e-4))

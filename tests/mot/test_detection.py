@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,11 +10,8 @@ import pytest
 from motes.core.detection import Detection, best
 from motes.core.errors import MissingDependencyError
 from motes.core.frame import Frame
-from motes.core.geometry import Box, iou
-from motes.core.track import Status
+from motes.core.geometry import Box
 from motes.mot.detection.pretrained import FaceDetector
-from motes.sot.tracker import Tracker
-from oracles import sequence
 
 FRAME = Frame(0, 0.0, np.zeros((80, 100, 3), np.uint8))
 
@@ -52,18 +47,3 @@ def test_without_dlib_the_remedy_is_named(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setitem(sys.modules, "dlib", None)
     with pytest.raises(MissingDependencyError, match=r"pip install 'motes\[faces\]'"):
         FaceDetector()
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(importlib.util.find_spec("dlib") is None, reason="dlib is not installed")
-def test_a_found_face_is_followed(data: Path) -> None:
-    """As `motes track --detect face` does; with color alone David was lost in frame 13."""
-    frames, boxes = sequence(data / "sot" / "David", 30)
-    found = best(FaceDetector()(frames[0]), frames[0])
-    assert found is not None
-    tracker = Tracker()
-    tracker.init(frames[0], found.box)
-    for frame, truth in zip(frames[1:], boxes[1:], strict=True):
-        track = tracker.update(frame)
-        assert track.status is Status.TRACKING
-        assert iou(track.box, truth) > 0.6

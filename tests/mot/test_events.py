@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import json
 import math
 from collections import Counter
 from collections.abc import Sequence
@@ -103,25 +102,6 @@ def test_who_stays_is_told_once_for_each_visit() -> None:
     assert left == [(6, 1.5), (12, 0.75)]
 
 
-def test_the_shortest_stay_is_told_when_its_entry_counts() -> None:
-    counting = EventCounter(Regions(zone=(Zone((0, 0, 90, 0, 90, 90, 0, 90), dwell=0.4),)))
-    events = told(counting, *(seen(i, (40, 40)) for i in range(9)))
-    assert [e.seconds for e in events if e.event == "stays"] == [0.5]  # four frames a second
-
-
-def test_who_is_hidden_while_it_stays_is_told_when_it_comes_up() -> None:
-    square = (60.0, 0.0, 90.0, 0.0, 90.0, 99.0, 60.0, 99.0)
-    counting = EventCounter(Regions(zone=(Zone(square, "desk", dwell=1),)))
-    events = told(
-        counting,
-        seen(0, (70, 40)),
-        seen(1, (70, 40)),
-        seen(5, (70, 40), Status.OCCLUDED),
-        seen(7, (70, 40)),
-    )
-    assert [(e.frame, e.seconds) for e in events if e.event == "stays"] == [(7, 1.75)]
-
-
 def test_what_is_hidden_crosses_when_it_comes_up() -> None:
     counting = EventCounter(Regions((Line((50, 0, 50, 99)),)))
     events = told(
@@ -153,30 +133,11 @@ def test_what_is_hidden_for_longer_than_it_was_seen_is_another_object(
         assert (kinds["crosses"], kinds["appears"]) == (crosses, 1)
 
 
-def test_who_trembles_on_a_line_crosses_it_once() -> None:
-    """The foot of an object 11 pixels high is beside a line when it is 1.1 pixels away."""
-    counting = EventCounter(Regions((Line((50, 0, 50, 99)),)))
-    feet = [40, 49.5, 50.5, 49.2, 50.9, 49.1, 52, 50.5, 49.5, 51, 60]
-    events = told(counting, *(seen(i, (x, 40)) for i, x in enumerate(feet)))
-    assert [(e.frame, e.event) for e in events] == [(0, "appears"), (6, "crosses")]
-    way = [57, 54, 51, 48, 45, 42, 39]
-    back = told(counting, *(seen(i, (x, 40)) for i, x in enumerate(way, start=11)))
-    assert [(e.event, e.direction) for e in back] == [("crosses", "out")]
-
-
 def test_who_vanishes_in_a_zone_leaves_it() -> None:
     counting = EventCounter(Regions(zone=(Zone((0, 0, 90, 0, 90, 90), "court"),)))
     events = told(counting, seen(0, (50, 20)), seen(4, (51, 20)), seen(9, (0, 0), Status.LOST))
     assert [(e.event, e.seconds) for e in events][-2:] == [("leaves", 1.0), ("disappears", 1.0)]
     assert [(e.frame, e.time) for e in events][-2:] == [(4, 1.0), (9, 2.25)]
-
-
-def test_a_line_of_json() -> None:
-    event = Event(3, 0.12, "crosses", 7, 1.23456, 2.0, 3.0, "gate", "left")
-    assert json.loads(event.json()) == {
-        "frame": 3, "time": 0.12, "event": "crosses", "id": 7, "x": 1.235, "y": 2.0,
-        "speed": 3.0, "place": "gate", "direction": "left",
-    }  # fmt: skip
 
 
 def test_places_from_toml() -> None:
@@ -271,15 +232,6 @@ def test_when_a_way_crosses_a_line(way: str) -> None:
     assert crossings(gate(), feet) == expected
 
 
-def test_who_is_on_the_edge_of_a_zone_enters_once() -> None:
-    counting = EventCounter(Regions(zone=(Zone((60, 0, 90, 0, 90, 99, 60, 99)),)))
-    feet = [50, 58, 61, 59, 61, 65, 70, 70, 88, 91, 89, 92, 95, 99, 110]
-    events = told(counting, *(seen(i, (x, 40)) for i, x in enumerate(feet)))
-    places = [(e.frame, e.event) for e in events if e.place]
-    assert places == [(4, "enters"), (11, "leaves")]
-    assert counting.counts.total() == 3
-
-
 def test_a_stroke_shows_the_first_direction() -> None:
     for points in ((50, 0, 50, 99), (10, 80, 90, 60), (90, 60, 10, 80)):
         line = Line(points)
@@ -335,14 +287,6 @@ def test_who_is_found_or_lost_upon_a_line_is_said(
     assert counting.abrupt["line 1"] == unsure
     said = "found or lost upon it: 1, so its count is unsure"
     assert any(said in each for each in counting.remarks()) == bool(unsure)
-
-
-def test_who_is_not_lost_where_another_goes_on_is_not_said() -> None:
-    counting = gate()
-    tracks = [seen(i, (38 + 2 * i, 40)) for i in range(6)]
-    tracks += [seen(7 + i, (52 + 2 * i, 40), identity=2) for i in range(6)]
-    told(counting, *tracks)
-    assert [*counting.finish(), counting.abrupt["line 1"]] == [0]
 
 
 @pytest.mark.parametrize(

@@ -47,16 +47,6 @@ def test_a_homography_is_taken_times_anything(factor: float) -> None:
     assert ground.metres((10, 20)) == (10.5, 39)
 
 
-def test_noise_on_many_points_averages_out() -> None:
-    moves = np.random.default_rng(0).normal(0, 0.5, (len(POINTS), 2)).tolist()
-    noisy = tuple(
-        (x + dx, y + dy, far, near)
-        for (x, y, far, near), (dx, dy) in zip(POINTS, moves, strict=True)
-    )
-    found = Ground(points=noisy).metres(seen_by_a_camera(1, 6))
-    assert found == pytest.approx((1, 6), abs=0.1)
-
-
 def test_speeds_in_metres() -> None:
     """Ten pixels in a quarter of a second, at 20 pixels in a metre."""
     counting = EventCounter(Regions(ground=Ground(scale=20)))

@@ -14,7 +14,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
 from motes.core.types import Bytes
 from motes.mot.detection import moving_camera
-from motes.mot.detection.background import BackgroundConfig, BackgroundDetector
+from motes.mot.detection.background import BackgroundDetector
 from motes.mot.detection.global_motion import GlobalMotion, Model
 from motes.mot.detection.lookalike import LookalikeDetector
 from motes.mot.detection.moving_camera import (
@@ -75,13 +75,6 @@ def test_writing_that_stays_in_the_picture_is_not_the_ground(model: Model) -> No
     assert found is not None
     middle = found @ (120, 110, 1)
     np.testing.assert_allclose(middle[:2] / middle[2], (115, 110), atol=0.5)
-
-
-def test_where_nothing_can_be_followed_there_is_no_motion() -> None:
-    flat, camera = np.full((160, 240, 3), 90, np.uint8), GlobalMotion()
-    assert camera.update(flat) is None
-    assert camera.update(flat) is None
-    assert camera.update(np.full((80, 80, 3), 90, np.uint8)) is None
 
 
 def walkers(index: int) -> tuple[Frame, list[Detection]]:
@@ -193,20 +186,3 @@ def test_each_detector_gets_what_it_needs_before_a_camera() -> None:
     able = SimpleNamespace(prepare=list, observe=print, __call__=lambda frame: [])
     seen = MovingCamera(able)  # by a protocol, from Python 3.12 on
     assert [getattr_static(seen, name) for name in ("prepare", "observe")] == [list, print]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("trial", "found"), [(10.0, True), (0.0, False)])
-def test_who_stops_is_found_for_the_time_of_a_trial(trial: float, found: bool) -> None:
-    detector = PannedDetector(BackgroundConfig(trial=trial))
-    hits = []
-    for index in range(60):
-        pixels = GROUND.copy()
-        x = max(430 - 6 * index, 280)
-        pixels[180:210, x : x + 20] = RED
-        camera_x = 260 + index
-        frame = Frame(index, index / 25, picture(shown(camera_x, 200), pixels))
-        box = Box(x + 120 - camera_x, 60, 20, 30)
-        hits.append(any(iou(box, each.box) > 0.6 for each in detector(frame)))
-    assert hits[24] or not found  # on the way
-    assert hits[-1] == found

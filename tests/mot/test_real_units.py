@@ -140,26 +140,6 @@ def test_covariances_are_those_of_samples() -> None:
     np.testing.assert_allclose(found[1], np.cov(places.T), rtol=0.12, atol=2e-5)
 
 
-@pytest.mark.slow
-def test_speeds_are_near_and_their_deviations_honest() -> None:
-    """Over many noisy walks at 2 m/s, about 95 % of the intervals hold the truth."""
-    rng = np.random.default_rng(1)
-    factor = np.linalg.cholesky(COVARIANCE[:2, :2])
-    inside, errors, deviations = [], [], []
-    for _ in range(200):
-        motion = GroundMotion(RealUnits(Ground(scale=50.0)))
-        for frame in range(20):
-            x, y = [3.2 * frame, 2.4 * frame] + factor @ rng.normal(size=2)
-            place = motion.update(track(frame, x, y))
-        speed, deviation = place.number("speed"), place.number("speed_std")
-        errors.append(speed - 2.0)
-        deviations.append(deviation)
-        inside.append(abs(speed - 2.0) < 1.96 * deviation)
-    assert abs(np.mean(errors)) < 0.03
-    assert 0.9 < np.mean(inside) <= 1.0
-    assert np.std(errors) == pytest.approx(np.mean(deviations), rel=0.3)
-
-
 def test_a_live_speed_is_that_of_a_quarter_of_a_second_ago_and_none_in_hindsight() -> None:
     """A fall, 9.81 m/s², at 50 frames a second: a line is true in the middle of its time."""
     units = RealUnits(Ground(scale=50.0))

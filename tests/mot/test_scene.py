@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import pytest
 from msgspec.structs import astuple
-from numpy.typing import NDArray
 
 from motes.core.detection import Detection, Detector
 from motes.core.errors import ConfigError, SourceError
@@ -25,8 +24,6 @@ from motes.mot.overlaps import occlusion_candidates
 from motes.mot.scene import Scene
 from motes.mot.scene_config import scene_config
 from motes.mot.stages.associate import split_merged_blob
-from motes.synthetic.beetle import Target
-from motes.synthetic.clips import Clip
 from scene_objects import quick
 from waiting import wait_until
 
@@ -57,20 +54,6 @@ class Stage:
 
 def walker(index: int, x: float = 20, y: float = 30) -> Box:
     return Box(x + 3 * index, y, 16, 30)
-
-
-@pytest.mark.slow
-def test_identities_are_never_used_twice() -> None:
-    stage = Stage()
-    seen = []
-    for visit in range(2):
-        for i in range(10):
-            said = stage.show([walker(i)])
-        seen += [each.identity for each in said]
-        for _ in range(60):
-            stage.show([None])
-        assert stage.scene.terminated == visit + 1
-    assert seen == [1, 2]
 
 
 def test_what_is_detected_is_rather_there_than_not() -> None:
@@ -127,18 +110,6 @@ def test_where_objects_may_hide_each_other_no_model_learns(name: str, remembers:
                 memories.append(thing.state.memories.get("color"))
         assert (models[0] != models[-1]).any() == learns
         assert (memories[0] != memories[-1]) == (learns and remembers)
-
-
-@pytest.mark.slow
-def test_a_foreign_thing_hides_and_the_identity_survives() -> None:
-    stage, said = Stage(), []
-    for i in range(50):
-        visible = not 20 <= i < 35
-        said.append(stage.show([walker(i) if visible else None]))
-    assert {t.identity for each in said for t in each} == {1}
-    assert (said[25][0].status, said[25][0].sought) == (Status.LOST, True)
-    assert said[25][0].occluded_by is None
-    assert said[40][0].status is Status.TRACKING
 
 
 @pytest.mark.slow
@@ -234,52 +205,6 @@ def test_frames_must_fit() -> None:
             Scene(lambda _: [], seed=seed)  # type: ignore[arg-type]
 
 
-def owners(clip: Clip, scene: Scene, since: int) -> tuple[NDArray[np.int_], NDArray[np.float64]]:
-    """Return which identity is on each target, (frames, targets), and how visible the first is.
-
-    Without an identity, it is 0.
-    """
-    out, visible = np.zeros((len(clip), len(clip.targets)), int), np.ones(len(clip))
-    for frame, truths in map(clip.__getitem__, range(since, len(clip))):
-        visible[frame.index] = truths[0].visible
-        said = [t for t in scene.update(frame) if t.status is Status.TRACKING]
-        for k, truth in enumerate(truths):
-            for each in said:
-                if iou(each.box, truth.ellipse.box) > 0.4:
-                    out[frame.index, k] = each.identity
-    return out, visible
-
-
-EMPTY = 150
-"""Frames before anybody comes, in which a background is learned."""
-
-
-def passing() -> Clip:
-    """Return a clip in which one walks behind a longer one for 15 frames, and onwards."""
-    x = np.concatenate([np.full(EMPTY, -45.6), np.arange(-45.6, 200, 1.6)])
-    behind = np.stack(np.broadcast_arrays(x, 75.0, 24.0, 17.0, 0.0), axis=1)
-    before = np.stack(np.broadcast_arrays(239 - x, 75.0, 45.6, 25.0, np.pi), axis=1)
-    coats = (
-        ((120, 190, 110), (30, 70, 40), (240, 240, 120)),
-        ((200, 80, 80), (90, 20, 20), (250, 180, 120)),
-    )
-    return Clip((240, 150), (Target(behind, coats[0]), Target(before, coats[1])), seed=30)
-
-
-@pytest.mark.slow
-def test_identities_survive_full_occlusion() -> None:
-    pytest.importorskip("cv2")
-    clip = passing()
-    who, visible = owners(clip, Scene(BackgroundDetector()), EMPTY - 60)
-    inside = EMPTY + 50  # by when both have come in
-    first, last = inside + np.flatnonzero(visible[inside:] < 0.98)[[0, -1]]
-    before, after = who[first - 10 : first - 5], who[last + 5 : last + 10]
-    for k in range(2):
-        identity = np.bincount(before[:, k]).argmax()
-        assert identity > 0
-        assert (after[:, k] == identity).mean() > 0.8
-
-
 # Ahead
 
 
@@ -358,16 +283,6 @@ def test_what_fails_ahead_is_told_in_its_turn(ahead: bool) -> None:
         with pytest.raises(SourceError, match=why):
             next(watched)
         assert threading.active_count() == threads
-
-
-@pytest.mark.parametrize("ahead", [True, False])
-def test_images_are_watched_as_they_are_updated(ahead: bool) -> None:
-    images = [np.roll(GROUND, i, axis=1) for i in range(6)]
-    one, other = (Scene(lambda frame: [(30 + frame.index, 20, 20, 20)]) for _ in range(2))
-    watched = [told for image in images[:3] for told in one.update(image)]
-    watched += [told for _, tracks in one.watch(images[3:], ahead=ahead) for told in tracks]
-    updated = [told for image in images for told in other.update(image)]
-    assert [(t.frame, t.box) for t in watched] == [(t.frame, t.box) for t in updated]
 
 
 # Association

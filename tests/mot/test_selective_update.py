@@ -53,14 +53,6 @@ def test_who_has_walked_in_stays_and_what_only_appears_is_learned(walks: bool, f
     assert all(iou(box, Box(80, 30, *SIZE)) > 0.8 for box in boxes)
 
 
-def test_patience_has_an_end() -> None:
-    config = BackgroundConfig(history=20, trial=1, patience=8)
-    scene = Scene(BackgroundDetector(config))
-    for index in range(105):
-        scene.update(frame(index, None if index < 5 else min(20 + 4 * (index - 5), 80)))
-    assert scene.detector(frame(105, 80)) == []
-
-
 class Listener:
     """A detector that notes what it is told."""
 

@@ -107,10 +107,3 @@ def test_who_trembles_and_goes_on_counts_once() -> None:
     for seed in range(20):
         tremble = noise(0.12, seed)
         assert events([*UP, *tremble, *np.arange(500, 600, STEP)]) == ["on"]
-
-
-def test_who_trembles_and_turns_back_has_gone_nowhere() -> None:
-    """What is counted on is counted back."""
-    for seed in range(20):
-        found = events([*UP, *noise(0.12, seed), *UP[::-1]])
-        assert found in ([], ["on", "back"])

@@ -56,13 +56,6 @@ def watched(picture: Callable[[int], Picture | Floats], frames: int) -> Scene:
 
 
 @pytest.mark.slow
-def test_nothing_is_nothing() -> None:
-    empty = ground(0)
-    scene = watched(lambda _: empty, 80)
-    assert (scene.created, scene.warnings) == (0, {})
-
-
-@pytest.mark.slow
 def test_a_sudden_light_makes_no_crowd() -> None:
     """The two who are there look like others, and where they stood, ghosts may be left."""
     empty, gain = ground(0), 1.6
@@ -89,18 +82,6 @@ def test_a_curve_is_read_off_what_is_not_covered() -> None:
     values = np.array([90, 150, 210])
     np.testing.assert_allclose(curves[:, values], [255 * (values / 255) ** 1.25] * 3, atol=4)
     assert curves[:, 2].max() < 4
-
-
-@pytest.mark.slow
-def test_what_becomes_too_dark_to_be_seen_is_no_object() -> None:
-    """A twentieth of the picture becomes black."""
-    dark = (ground(0) / 1.5).astype(np.uint8)
-
-    def contrasty(i: int) -> Floats:
-        return 128 + (1.3 if i >= CHANGE else 1.0) * (walked(dark, i) - 128.0)
-
-    scene = watched(contrasty, 75)
-    assert (scene.created, scene.terminated, scene.warnings) == (2, 0, {})
 
 
 @pytest.mark.slow

@@ -48,11 +48,3 @@ def test_a_car_is_hidden_behind_the_lorry_and_seen_again() -> None:
     assert visible[30] == pytest.approx(1)
     assert min(visible[60:100]) < 0.2
     assert max(visible[100:130]) > 0.9
-
-
-def test_players_of_a_team_are_alike_and_cross() -> None:
-    pitch = Pitch()
-    assert len({player.jersey for player in pitch.players}) == 2
-    visible = [pitch.truths(index)[0].visible for index in range(len(pitch))]
-    assert min(visible) < 0.5  # another one passes before him
-    assert np.mean(np.array(visible) > 0.5) > 0.8

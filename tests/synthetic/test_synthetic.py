@@ -76,15 +76,6 @@ def test_the_visible_fraction_is_that_of_the_pixels() -> None:
         assert 0 <= truth.visible <= 1
 
 
-def test_a_target_in_front_hides_the_one_behind() -> None:
-    states = np.array([[[80.0, 60, 30, 20, 0.0]], [[100.0, 64, 28, 20, 0.5]]])
-    clip = Clip(SMALL, (Target(states[0]), Target(states[1])))
-    behind, front = clip[0][1]
-    assert front.visible == pytest.approx(1, abs=0.01)
-    assert behind.visible == pytest.approx(masks(clip).sum() / behind.ellipse.area, abs=0.02)
-    assert 0.3 < behind.visible < 0.7
-
-
 def test_a_target_that_is_not_visible_leaves_no_trace() -> None:
     clip = synthetic.occluded(SMALL)
     states = clip.targets[0].states
@@ -133,44 +124,6 @@ def test_every_clip_is_the_same_each_time_in_any_order(make: Callable[..., Clip]
         clip[12]
 
 
-@pytest.mark.slow
-def test_demo_meets_every_difficulty() -> None:
-    clip = synthetic.demo()
-    states = clip.targets[0].states
-    visible = np.array([truth.visible for _, (truth,) in clip])
-    steps = np.hypot(*np.diff(states[:, :2], axis=0).T)
-
-    assert len(clip) == 300
-    assert np.flatnonzero(visible[:200] == 0).tolist() == list(range(58, 70))
-    assert visible[0] == pytest.approx(1, abs=0.01)
-    assert visible[299] == pytest.approx(1, abs=0.01)
-    assert np.sum(visible[200:] == 0) > 10  # outside
-    assert np.flatnonzero(steps > 2 * states[1:, 2]).tolist() == [199]  # the jump
-    assert np.max(np.delete(steps, 199)) < 10
-    assert states[:, 2].max() > 1.9 * states[:, 2].min()
-    turned = np.ptp(states[:200, 4])
-    assert turned > math.pi
-    assert np.abs(np.diff(states[:200, 4])).max() < 0.3
-
-
-@pytest.mark.slow
-def test_jumping_leaves_its_region_and_flies_evenly() -> None:
-    leap = 1.3
-    clip = synthetic.jumping(leap=leap, frames=160)
-    states = clip.targets[0].states
-    width = 2 * states[0, 3]
-    steps = np.hypot(*np.diff(states[:, :2], axis=0).T)
-    assert steps.max() / width == pytest.approx(leap, rel=0.06)
-    assert states[:, 0].min() > width
-    assert states[:, 0].max() < 640 - width
-    shown = masks(replace(clip, targets=(Target(states[8:20]),)))
-    apart = ~(shown[:-1] & shown[1:]).any(axis=(1, 2))
-    assert np.count_nonzero(apart) >= 3
-    assert np.array_equal(apart, steps[8:19] > width + 1)
-    changes = np.abs(np.diff(np.diff(states[:, 0])))
-    assert changes.max() < 0.35 * leap * leap * width  # no single frame makes the whole leap
-
-
 def test_rolling_shows_the_other_side_in_the_end() -> None:
     """And halfway both, the first one going out of sight over the upper rim."""
     clip = synthetic.rolling(SMALL, frames=40)
@@ -190,15 +143,6 @@ def test_rolling_shows_the_other_side_in_the_end() -> None:
             inside = half & (np.hypot(u, v) < 0.8)
             blue = pixels[inside][:, 2].mean() > pixels[inside][:, 0].mean()
             assert blue == (like is lower), index
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("size", [(32, 32), (400, 90)])
-@pytest.mark.parametrize("make", CLIPS)
-def test_odd_sizes(make: Callable[..., Clip], size: tuple[int, int]) -> None:
-    options = {"length": 1} if make is synthetic.occluded else {}
-    frame, _ = make(size, **options)[3]
-    assert (frame.width, frame.height) == size
 
 
 def test_what_cannot_be_rendered_is_refused() -> None:

@@ -64,11 +64,6 @@ def test_a_part_is_decoded_from_the_last_key_picture(
     assert decoded < 70
 
 
-def test_sources_that_cannot_be_read_twice() -> None:
-    with pytest.raises(SourceError, match="record it first"):
-        Film("0")
-
-
 def test_a_film_that_changes_meanwhile(tmp_path: Path) -> None:
     path = video(tmp_path / "film.avi", "mjpeg", {})
     film = Film(path)

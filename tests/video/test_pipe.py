@@ -77,11 +77,3 @@ def test_an_mp4_with_its_index_at_the_end_is_told_from_a_damaged_one(
         close()
         with pytest.raises(SourceError, match=r"index at the end.*give the file, or send MPEG-TS"):
             list(open_source(name))
-
-
-def test_an_mp4_of_fragments_is_read_from_a_pipe(tmp_path: Path) -> None:
-    data = remuxed(clip(tmp_path / "film.mp4", 20), movflags="frag_keyframe+empty_moov")
-    with sent(data, tmp_path) as (name, close):
-        close()
-        with open_source(name) as source:
-            assert len(list(source)) == 20

@@ -9,7 +9,6 @@ from typing import Any
 import pytest
 
 from coded import KINDS, video
-from motes.core.errors import SourceError
 from motes.video.decoder import Decoder
 from motes.video.film import Film
 from motes.video.seeker import Seeker
@@ -44,11 +43,3 @@ def test_the_nearest_place_is_gone_on_from(tmp_path: Path, monkeypatch: pytest.M
     packets.clear()
     seeker.pixels(3)
     assert 0 < len(packets) < 20
-
-
-def test_a_film_that_has_become_shorter(tmp_path: Path) -> None:
-    path = video(tmp_path / "film.mp4", "libx264", {"g": "8"})
-    seeker = Seeker(Film(path, quick=True))
-    video(path, "libx264", {"g": "8"}, frames=10)
-    with pytest.raises(SourceError):
-        seeker.pixels(20)

@@ -52,12 +52,6 @@ def test_wrong_stamps_are_replaced_and_no_other(
     assert replaced == len(wrong) or stamps is VARIABLE
 
 
-def test_of_two_equal_stamps_the_uneven_one_is_replaced() -> None:
-    found, replaced = times([*EVEN[:20], EVEN[21], *EVEN[21:]])
-    assert found == pytest.approx(EVEN)
-    assert replaced == 1
-
-
 def test_what_comes_live_is_not_waited_for() -> None:
     def coming() -> object:
         for stamp in EVEN:

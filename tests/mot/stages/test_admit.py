@@ -10,7 +10,7 @@ from motes.core.geometry import Box, Ellipse, iou
 from motes.mot.expected import CUE, Expected
 from motes.mot.scene import SceneState, step
 from motes.mot.stages.admit import admit
-from scene_objects import BLUE, DT, RED, config, picture, visible
+from scene_objects import DT, RED, config, picture, visible
 
 BOX = Box(60, 40, 20, 30)
 FRAME = picture(3, (BOX, RED))
@@ -54,16 +54,6 @@ def test_a_certain_one_needs_no_detection() -> None:
     assert not begun.detected
     assert iou(np.array(begun.track.box), np.array([BOX]))[0] > 0.7
     assert admitted(certain=False) == ([], {}, [])
-
-
-def test_nothing_begins_where_nothing_looks_like_it() -> None:
-    assert admitted(frame=picture(3, (BOX, BLUE))) == ([], {}, [])
-
-
-def test_a_detection_elsewhere_is_left_alone() -> None:
-    frame = picture(3, (BOX, BLUE))
-    begun, _, free = admitted(Box(120, 40, 20, 30), frame=frame)
-    assert (begun, len(free)) == ([], 1)
 
 
 def test_a_scene_begins_it_two_frames_before_a_birth() -> None:

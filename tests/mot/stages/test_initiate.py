@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import pytest
@@ -15,7 +14,7 @@ from motes.mot.scene_config import Initiation
 from motes.mot.stages.initiate import initiate
 from motes.mot.track_initiation import TrackInitiation
 from motes.mot.tracked_object import TrackedObject
-from scene_objects import DT, RED, config, picture, visible
+from scene_objects import DT, RED, config, picture
 
 PLACE = Box(40, 30, 20, 40)
 TWICE = replace(config(), initiation=Initiation(min_hits=2))
@@ -100,21 +99,6 @@ def test_an_object_is_surer_than_what_nothing_confirms(score: float, begins: boo
         assert bool(begun) == (begins and index % 2 == 0)
     begun, state = initiate(0, 0, state, [], sure, picture(24), TWICE)
     assert begun
-
-
-def test_a_tentative_track_is_no_longer_however_long_it_stands() -> None:
-    found = [Detection(PLACE, 1.0)]
-    state = specks(TrackInitiation().with_scores([Detection(PLACE, 3.0)], []))
-    for index in range(21, 40):
-        _, state = initiate(0, 0, state, [], found, picture(index), TWICE)
-    assert max(len(each.hits) for each in state.candidates) == TWICE.initiation.min_hits
-
-
-def test_parts_of_objects_do_not_say_how_sure_false_detections_are() -> None:
-    state = TrackInitiation().with_scores([Detection(PLACE, 3.0)], [])
-    there = [visible(n, picture(0), Box(x, 25, 25, 50)) for n, x in enumerate((100, 150), 1)]
-    assert specks(state).least == pytest.approx(1.9, abs=0.1)
-    assert specks(state, there).least == -math.inf
 
 
 def test_where_sure_detections_are_not_confirmed_half_of_the_others_are_sure_enough() -> None:

@@ -94,15 +94,6 @@ def test_nobody_is_exchanged_who(why: str) -> None:
     assert after(two, BLUE, RED, free=free) == [1, 2]
 
 
-def test_an_exchange_takes_the_models_along_and_leaves_the_places() -> None:
-    before = met((RED, BLUE), others=[1, 2])
-    now = tell_apart(before, (), picture(1, *zip(PLACES, (BLUE, RED), strict=False)), TOUCH)
-    assert [each.identity for each in now] == [2, 1]
-    assert [each.track for each in now] == [each.track for each in before]
-    assert [each.rng for each in now] == [each.rng for each in before[::-1]]
-    assert now[0].state.models == before[1].state.models
-
-
 def test_what_is_decided_may_be_decided_again_until_all_have_been_seen_for_some_frames() -> None:
     objects: list[TrackedObject] = met((RED, BLUE), others=[1, 2])
     said = []
