@@ -31,6 +31,7 @@ from motes.cues.search_window import (
     TURN,
     features,
     grid,
+    sectors,
 )
 from oracles import mosaic
 
@@ -277,3 +278,9 @@ def test_the_top_of_a_parabola_is_found_between_its_values(top: float) -> None:
     low, best, high = (5 - 3 * (place - top) ** 2 for place in (-1, 0, 1))
     assert vertex(low, best, high) == pytest.approx(top)
     assert vertex(2.0, 2.0, 2.0) == 0  # all alike: it is where it was looked for
+
+
+def test_the_sector_of_a_gradient_is_that_of_its_angle() -> None:
+    down, across = np.mgrid[-256:256, -256:256]
+    numbers = np.round(np.arctan2(down, across) * 9 / np.pi) % 18
+    np.testing.assert_array_equal(sectors(), numbers)

@@ -1,8 +1,9 @@
-"""Films in any order: the frames are those of a source, and the memory is bounded."""
+"""Films in any order: their frames are those of a source, and little is decoded and kept."""
 
 from __future__ import annotations
 
 import gc
+import random
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -15,8 +16,10 @@ from clips import spoil
 from coded import KINDS, video
 from motes.core.errors import SourceError
 from motes.video import film as film_module
+from motes.video import frame_sharing as shared_module
 from motes.video.decoder import Decoder, Stamped
 from motes.video.film import DamagedError, Film
+from motes.video.frame_sharing import Shared, shared
 from motes.video.report import Report
 from motes.video.seeker import Seeker
 from motes.video.sources import open_source
@@ -137,3 +140,65 @@ def test_read_backward_no_picture_is_kept(tmp_path: Path, monkeypatch: pytest.Mo
 
 def _pictures() -> int:
     return sum(isinstance(each, av.VideoFrame) for each in gc.get_objects())
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_frames_in_any_order_are_those_of_the_film(tmp_path: Path, kind: str) -> None:
+    codec, ending, options = KINDS[kind]
+    path = video(tmp_path / f"film.{ending}", codec, options)
+    expected = [frame.pixels for frame in Film(path).forward(0, 29)]
+    seeker = Seeker(Film(path, quick=True))
+    places = [0, 29, 29, *range(5, 15), *random.Random(0).choices(range(30), k=30)]
+    for place in places:
+        assert (seeker.pixels(place) == expected[place]).all(), place
+    seeker.close()
+
+
+def test_the_nearest_place_is_gone_on_from(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """From the key picture before it each time, 30 frames of one group would take over 200."""
+    seeker = Seeker(Film(video(tmp_path / "film.mp4", "libx264", {"g": "250"}), quick=True))
+    packets = list[bool]()
+    decoded = Decoder._decoded
+
+    def counted(self: Decoder, packet: Any, report: Any) -> Any:
+        packets.append(True)
+        return decoded(self, packet, report)
+
+    monkeypatch.setattr(Decoder, "_decoded", counted)
+    for place in range(0, 30, 2):
+        seeker.pixels(place)
+    assert len(packets) <= 31
+    packets.clear()
+    seeker.pixels(3)
+    assert 0 < len(packets) < 20
+
+
+@pytest.fixture
+def film(tmp_path: Path) -> Film:
+    return Film(video(tmp_path / "film.mp4", "libx264", {"g": "8"}))
+
+
+def test_frames_are_those_of_the_film_and_are_decoded_once(
+    film: Film, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    expected = [*film.forward(5, 20)]
+    loads, begun = Film.loads, list[int]()
+
+    def counted(self: Film, first: int) -> Iterator[object]:
+        begun.append(first)
+        return loads(self, first)
+
+    monkeypatch.setattr(Film, "loads", counted)
+    reader = shared(film, 5, 20)
+    read = [*reader.forward(20, 20), *reader.forward(5, 20), *reader.backward(20, 5)]
+    assert begun == [5]
+    assert [frame.index for frame in read] == [20, *range(5, 21), *range(20, 4, -1)]
+    for frame in read:
+        assert (frame.pixels == expected[frame.index - 5].pixels).all()
+        assert frame.time == film.times[frame.index]
+
+
+def test_memory_is_bounded(film: Film, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(shared_module, "HELD", 3 * film.width * film.height * 10)
+    assert isinstance(shared(film, 5, 14), Shared)
+    assert shared(film, 5, 15) is film

@@ -1,6 +1,8 @@
-"""Detections of visible objects."""
+"""Detections of visible objects, and what their filters observe and learn."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,8 +12,10 @@ from motes.core.detection import Detection
 from motes.core.geometry import Box
 from motes.mot.scene_config import Smoothing
 from motes.mot.stages.associate import associate
-from motes.mot.tracked_object import REMEMBERED
-from scene_objects import BLUE, DT, RED, config, occluded, picture, undetected
+from motes.mot.stages.update import update
+from motes.mot.tracked_object import REMEMBERED, TrackedObject
+from motes.sot.filtering.model_update import ExponentialForgetting
+from scene_objects import BLUE, DT, RED, config, occluded, picture, undetected, visible
 
 LEFT, RIGHT = Box(20, 30, 20, 40), Box(120, 30, 20, 40)
 FRAME = picture(1, (LEFT, RED), (RIGHT, BLUE))
@@ -77,3 +81,43 @@ def test_a_part_neither_moves_nor_shrinks_an_object() -> None:
 def test_occluded_objects_get_none() -> None:
     objects, found = [occluded(1, FRAME, LEFT)], [Detection(LEFT)]
     assert associate(objects, found, FRAME, DT, config()) == (objects, found)
+
+
+PLACE, FAR, NEAR = Box(40, 30, 20, 40), Box(140, 30, 20, 40), Box(64, 30, 20, 40)
+
+
+def learning(identity: int, box: Box) -> TrackedObject:
+    """Return an object that learns quickly, detected in the next frame."""
+    begun = visible(identity, picture(0, (box, RED)), box)
+    tracker = replace(begun.tracker, adaptation=ExponentialForgetting(learning_rate=0.5))
+    return replace(begun, tracker=tracker).predict(DT).detect(box, DT)
+
+
+def histogram(each: TrackedObject) -> list[float]:
+    """Return its color model."""
+    model: Any = each.state.models["color"]
+    values: list[float] = model.histogram.tolist()
+    return values
+
+
+def test_models_learn_only_while_no_other_object_is_near() -> None:
+    frame = picture(1, (PLACE, RED), (PLACE._replace(height=10), BLUE))  # still mostly red
+    for other, near in ((FAR, False), (NEAR, True)):
+        before = learning(1, PLACE)
+        after, _ = update([before, learning(2, other)], frame, DT)
+        assert (histogram(after) == histogram(before)) == near
+
+
+def test_a_detected_object_stays_at_its_detection_and_others_follow_their_filter() -> None:
+    frame = picture(1, (PLACE._replace(x=43), RED))
+    detected = learning(1, PLACE)
+    alone = replace(detected, detected=False)
+    for each, moves in ((detected, False), (alone, True)):
+        (after,) = update([each], frame, DT)
+        assert (after.track.ellipse != each.track.ellipse) == moves
+        assert after.track.frame == 1
+
+
+def test_occluded_objects_observe_nothing() -> None:
+    objects = [occluded(1, picture(0, (PLACE, RED)), PLACE)]
+    assert update(objects, picture(1), DT) == objects
