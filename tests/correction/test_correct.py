@@ -249,19 +249,6 @@ def test_a_cut_of_the_film_is_a_doubt() -> None:
     assert motes.doubts(tracks, {0: None, 30: None}, cuts=[30]) == []  # the user has looked
 
 
-def test_perhaps_another_comes_before_a_doubt_of_more_frames() -> None:
-    tracks = walk(60)
-    for frame in range(20, 50):
-        tracks[frame] = replace(tracks[frame], confidence=0.0)
-    for frame in range(52, 56):
-        tracks[frame] = replace(tracks[frame], confidence=0.1, belief=0.1)
-    first, second, *_ = motes.doubts(tracks, {0: None})
-    assert first.frame in range(52, 56)
-    assert first.reasons == ("perhaps another", "low confidence")
-    assert second.frame in range(20, 50)
-    assert second.reasons == ("low confidence",)
-
-
 @pytest.mark.parametrize("known", [True, False])
 def test_distance_from_a_keyframe_alone_is_no_doubt(known: bool) -> None:
     tracks = walk(400)

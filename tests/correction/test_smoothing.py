@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 from motes.core.geometry import Ellipse
-from motes.core.track import Status
 from motes.core.types import Floats
-from motes.correction import join, suspects
+from motes.correction import join
 from motes.correction.coordinates import Coordinates
-from motes.correction.passes import Course
 from motes.correction.smoothing import Drift, Dynamics, fit_motion, outliers, smooth
 from motes.correction.support import support
 
@@ -114,16 +112,3 @@ def test_variances_are_compared_in_the_units_of_each_region(theta: float) -> Non
     assert space.relative(rows, variances) == pytest.approx(np.ones((5, 5 if theta else 4)))
     variances[4, 2:] *= 3
     assert space.relative(rows, variances)[4] == pytest.approx([1, 1, 3, 3, 3][: space.dimensions])
-
-
-def test_how_far_a_target_drifts_goes_by_its_size() -> None:
-    keys = np.array([True, False, False, False])
-    small = np.array([[50, 40, 9, 4, 0.3]] * 4)
-
-    def drifted(times: float) -> Floats:
-        ellipses = small * [1, 1, times, times, 1]
-        course = Course(ellipses, ellipses, np.ones(4), [Status.TRACKING] * 4, ~keys)
-        return suspects._drifted(course, keys)
-
-    assert (np.diff(drifted(1.0), axis=0) > 0).all()
-    assert drifted(3.0) == pytest.approx(drifted(1.0) * [9, 9, 9, 9, 1])

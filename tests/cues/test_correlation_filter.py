@@ -24,10 +24,7 @@ from motes.cues.correlation_filter import (
 from motes.cues.fourier import vertex
 from motes.cues.search_window import (
     CELL_SIZE,
-    FINEST,
     LARGER,
-    LEAST_MARGIN,
-    SAMPLES,
     TURN,
     features,
     grid,
@@ -64,14 +61,6 @@ def seen(model: CorrelationModel, frame: Frame) -> Spectra:
 
 
 # The window
-
-
-def test_a_window_of_many_pixels_a_sample_holds_their_means() -> None:
-    pixels = mosaic(2, 60, 80)
-    out = np.empty((3, 10, 12), np.float32)
-    kernels.search_window.cut(pixels, (10.5, 8.5), (2.0, 0.0), (0.0, 2.0), out)
-    blocks = pixels[8:28, 10:34].reshape(10, 2, 12, 2, 3).mean(axis=(1, 3))
-    np.testing.assert_allclose(out, np.moveaxis(blocks, 2, 0), rtol=1e-6)
 
 
 def test_a_window_between_pixels_is_bilinear_and_goes_on_outside() -> None:
@@ -133,17 +122,6 @@ def test_windows_see_every_ellipse_near_their_middle() -> None:
     assert (seen == 1).all()
 
 
-@pytest.mark.parametrize("half", [(1, 1), (4, 4), (30, 50), (960, 540), (300, 3)])
-def test_a_window_costs_the_same_whatever_the_target(half: tuple[float, float]) -> None:
-    cells = grid(*half)
-    assert cells.rows * cells.columns * CELL_SIZE**2 < 2 * SAMPLES**2
-    assert cells.width <= 2 * half[0] * FINEST * 6  # at least six cells a side
-    around = max(sum(half), 2 * LEAST_MARGIN)
-    wide, high = 2 * half[0] + around, 2 * half[1] + around
-    assert cells.width / (cells.columns * CELL_SIZE) == pytest.approx(2 * half[0] / wide)
-    assert cells.height / (cells.rows * CELL_SIZE) == pytest.approx(2 * half[1] / high)
-
-
 @pytest.mark.parametrize("turn", range(18))
 def test_features_of_a_slope_are_its_sector(turn: int) -> None:
     y, x = np.mgrid[:32, :32]
@@ -186,18 +164,6 @@ def test_the_response_peaks_at_a_shift_finer_than_a_cell(shift: tuple[float, flo
     values = sample_response(plane, np.array([offset, offset + np.array([3.0, 0.0]), -offset]))
     assert values.argmax() == 0
     assert values[0] == pytest.approx(plane.max(), abs=0.05)
-
-
-def test_a_lesson_off_the_center_is_one_at_the_center() -> None:
-    cue, shift = Correlation(), (6.0, -5.0)
-    model = cue.learn(textured(), TARGET)
-    step = model.grid.step(TARGET)
-    spectra = seen(model, textured(shift))
-    taught = cue.updated(model, spectra, 1.0, shift[0] / step[0], shift[1] / step[1])
-    plane, _ = Correlation(anchor=0).responses(taught, seen(model, textured()))
-    row, column = np.unravel_index(plane.argmax(), plane.shape)
-    assert abs(column - plane.shape[1] // 2) <= 1
-    assert abs(row - plane.shape[0] // 2) <= 1
 
 
 # The color posterior

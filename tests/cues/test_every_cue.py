@@ -112,21 +112,6 @@ def test_a_part_is_computed_as_in_the_whole(cue: Any, pixels: Any, ellipse: Elli
     np.testing.assert_array_equal(each.observe(model, part, ellipse), expected)
 
 
-@pytest.mark.parametrize(
-    ("cue", "large"),
-    [
-        (Edges(), Ellipse(40, 30, 20, 10)),  # 861 pixels, 256 points at thrice the cost
-        (Hog(), Ellipse(40, 30, 39, 29)),  # 4,700 pixels, 256 points at 5 times the cost
-    ],
-)
-def test_large_regions_are_read_at_points_only(cue: Any, large: Ellipse) -> None:
-    picture = frame(mosaic(0, 60, 80))
-    cue.histograms(picture, rows(large))
-    assert picture.cache == {}
-    read(cue, EveryPixel()).histograms(picture, rows(large))
-    assert len(picture.cache) == 1
-
-
 @on_planes
 def test_a_plane_is_computed_once_and_only_where_ellipses_are(cue: Any) -> None:
     picture = frame(mosaic(0, 60, 80))

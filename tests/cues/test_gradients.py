@@ -6,7 +6,6 @@ import math
 from typing import Any
 
 import numpy as np
-import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -113,20 +112,6 @@ def test_gradients_of_lattice(
 
 
 # Planes
-
-
-def test_bands_of_rows_leave_no_trace() -> None:
-    pixels = mosaic(3, 3 * kernels.hog.BAND + 5, 20)
-    strength, bins = np.empty(pixels.shape[:2], np.float32), np.empty(pixels.shape[:2], np.uint8)
-    kernels.hog.gradients(pixels, 0, 0, SMOOTH, DERIVATIVE, strength, bins, 8)
-    for row in (0, kernels.hog.BAND - 1, kernels.hog.BAND, 2 * kernels.hog.BAND, len(pixels) - 1):
-        for column in (0, 7, 19):
-            gx, gy = smooth_gradient(pixels, row, column)
-            assert strength[row, column] == pytest.approx(math.hypot(gx, gy))
-            angle = (bins[row, column] / 8 - 0.5) * 2 * math.pi
-            assert strength[row, column] == 0 or (
-                math.cos(angle - math.atan2(gy, gx)) > math.cos(math.pi / 8) - 1e-6
-            )
 
 
 @given(pictures, regions, st.integers(8, 200), forms)

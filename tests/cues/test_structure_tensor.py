@@ -89,13 +89,6 @@ def gray(values: Any) -> Pixels:
     return np.repeat(rounded[:, :, None], 3, axis=2)
 
 
-def grating(degrees: float, size: int = 61) -> Pixels:
-    """Return waves whose gradient has this direction."""
-    y, x = np.mgrid[:size, :size] - size // 2
-    phi = math.radians(degrees)
-    return gray(128 + 100 * np.sin(0.35 * (x * math.cos(phi) + y * math.sin(phi)) + 0.3))
-
-
 def texture(ellipse: Ellipse, size: int = 120, zoom: float = 1.0) -> Frame:
     """Return a smooth pattern that moves, turns and, by `zoom`, grows with an ellipse."""
     y, x = np.mgrid[:size, :size]
@@ -332,39 +325,6 @@ def test_nothing_is_ever_nan(
 # Rotation
 
 TARGET = Ellipse(60, 58, 40, 25, 0.0)
-
-
-def test_a_spectrum_does_not_depend_on_the_angle() -> None:
-    """Of the picture or of the ellipse: a circle's is all the same."""
-    circle = Ellipse(60, 58, 30, 30)
-    cue = Orientation(form="fourier", sampling=EveryPixel())
-    model = cue.learn(texture(TARGET), circle)
-    for degrees in range(0, 180, 15):
-        theta = math.radians(degrees)
-        turned = texture(TARGET._replace(theta=theta))
-        places = rows(circle, circle._replace(theta=theta), circle._replace(theta=1.0))
-        found = cue.distances(model, turned, places)
-        assert found.max() < 0.08
-        np.testing.assert_allclose(found, found[0], atol=1e-6)
-    other = cue.distances(model, frame(grating(20, 121)), rows(circle))
-    assert other[0] > 0.2
-
-
-# The threshold
-
-
-def test_the_threshold_is_a_quantile_of_the_last_frame() -> None:
-    """Section 3.2: T is set by the distribution of C over the target in the previous frame."""
-    cue = Orientation(kept_fraction=0.25, scale_selection=False)
-    weak, strong = texture(TARGET), frame(gray(255 * (np.indices((120, 120)).sum(axis=0) % 20 > 9)))
-    model = cue.learn(weak, TARGET)
-    assert cue.update_reading(model, weak, TARGET).threshold == model.threshold
-    settled = cue.update_reading(model, strong, TARGET)
-    assert settled.threshold > 2 * model.threshold
-    np.testing.assert_array_equal(settled.histogram, model.histogram)
-    assert settled.scale == model.scale
-    # Read with T of a frame with stronger edges, none are left.
-    assert cue.distances(settled, weak, rows(TARGET))[0] == 1
 
 
 # The scale

@@ -63,17 +63,6 @@ def test_speeds_in_metres() -> None:
     assert replace(gone, metres_per_second=1e-16).fields()["metres_per_second"] == 0
 
 
-def test_speed_does_not_depend_on_the_distance() -> None:
-    speeds = []
-    for y in (4.0, 12.0):
-        counting = EventCounter(Regions.parse(f"[ground]\npoints = {[list(p) for p in POINTS]}"))
-        feet = [seen_by_a_camera(0.5 * i, y) for i in range(5)]
-        told(counting, *(seen(i, foot) for i, foot in enumerate(feet)))
-        (gone,) = told(counting, seen(5, feet[-1], Status.LOST))
-        speeds.append(gone.metres_per_second)
-    assert speeds == pytest.approx([2.0, 2.0], rel=1e-6)  # half a metre in a quarter of a second
-
-
 @pytest.mark.parametrize(
     ("values", "said"),
     [

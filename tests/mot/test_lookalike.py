@@ -62,24 +62,6 @@ def test_where_everything_is_alike_there_is_a_limit(monkeypatch: pytest.MonkeyPa
     assert len(looks) == LIMIT
 
 
-def test_of_a_box_that_is_mostly_lawn_the_player_is_looked_for() -> None:
-    """On a lawn of two greens, where the lawn around one is not that around another."""
-    frame = pitch(0, *((x, y, BLUE) for x, y in TEAM))
-    frame.pixels[:, 160:] = np.where(
-        (frame.pixels[:, 160:] > (40, 90, 20)).all(axis=2, keepdims=True)
-        & (frame.pixels[:, 160:, 1:2] < 200),
-        (110, 150, 30),
-        frame.pixels[:, 160:],
-    )
-    x, y = TEAM[0]
-    found = LookalikeDetector((x - 8, y - 6, 30, 42))(frame)
-    for x, y in TEAM:
-        boxes = [each.box for each in found]
-        centers = [(box.x + box.width / 2, box.y + box.height / 2) for box in boxes]
-        assert any(abs(a - x - 7) < 10 and abs(b - y - 15) < 16 for a, b in centers), (x, y)
-    assert len(found) <= 2 * len(TEAM)
-
-
 def panned(index: int, *players: tuple[int, int, tuple[int, int, int]]) -> Frame:
     """Return a frame of a camera that pans by most of a player's width, over a pitch of corners."""
     rng = np.random.default_rng(1)
@@ -115,19 +97,6 @@ def test_of_two_teams_on_a_pitch_that_pans_the_one_is_followed() -> None:
     assert sorted(seen) == [1, 2, 3]
     for expected, found in zip(sorted(places), sorted(seen.values()), strict=True):
         assert found == pytest.approx(expected, abs=6)
-
-
-@pytest.mark.slow
-def test_writing_that_looks_like_a_player_is_none() -> None:
-    """It stays in the picture while the camera pans; before it did, it may have been one."""
-    detector = LookalikeDetector((150, 20, *SIZE))
-    for index in range(20):
-        player = 150 + 2 * index, 20, BLUE
-        frame = panned(index, player, (220 + 6 * index, 140, BLUE))
-        found = detector(frame)
-        if index >= 6:
-            assert len(found) == 1
-            assert iou((player[0] - 6 * index, 20, *SIZE), found[0].box) > 0.5
 
 
 def test_of_what_another_detector_finds_the_alike_are_kept(tmp_path: Path) -> None:

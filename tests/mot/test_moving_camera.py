@@ -154,24 +154,6 @@ def test_what_moves_is_found_while_the_camera_pans() -> None:
     np.testing.assert_allclose(detector.motion[:2, 2], (-2, 0), atol=0.3)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("sways", [False, True])
-def test_what_stays_in_the_picture_exactly_is_writing(sways: bool) -> None:
-    """An object that a camera follows stays in the picture too, but not to a pixel."""
-    rng, detector = np.random.default_rng(5), PannedDetector()
-    written, found = Box(150, 110, 20, 30), 0
-    for index in range(40):
-        frame, box = panned(index)
-        x, y = np.array((150, 110)) + sways * rng.integers(-2, 3, 2)
-        frame.pixels[y : y + 30, x : x + 20] = RED
-        frame.pixels[y + 2 : y + 28 : 4, x + 2 : x + 18] = 255
-        boxes = [each.box for each in detector(frame)]
-        found += index >= 20 and any(iou(written, each) > 0.4 for each in boxes)
-        if 21 <= index < 28:  # before the other one comes there
-            assert any(iou(box, each) > 0.6 for each in boxes)
-    assert found >= 15 if sways else found == 0
-
-
 def test_each_detector_gets_what_it_needs_before_a_camera() -> None:
     still = BackgroundDetector()
     assert isinstance(before_camera(still, "moving"), PannedDetector)

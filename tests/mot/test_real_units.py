@@ -61,13 +61,11 @@ LENS = (
     [
         "camera_matrix:" + " " * 900_000,
         "camera_matrix: !!opencv-matrix\n" * 30_000,
-        "camera_matrix: !!opencv-matrix\n" + " data\n" * 150_000,
         "image_width:\n" * 70_000,
-        "<camera_matrix>" * 60_000,
         "<camera_matrix " * 60_000,
         "<image_width>" + "1\n" * 400_000,
     ],
-    ids=["blanks", "matrices", "data", "widths", "elements", "attributes", "numbers"],
+    ids=["blanks", "matrices", "widths", "attributes", "numbers"],
 )
 def test_the_time_for_a_file_grows_with_its_length(text: str) -> None:
     """Not with the square of it: that was more than 40 s here."""
@@ -94,7 +92,6 @@ def test_a_point_that_no_lens_sees_has_no_place() -> None:
     [
         ("", "no camera_matrix and distortion_coefficients"),
         ("camera_matrix: !!opencv-matrix\n data: [ 1, 2 ]\n", "no camera_matrix"),
-        ("camera_matrix: !!opencv-matrix\n data: [ 1, x ]\n", "holds a value that is not"),
         ("camera_matrix: !!opencv-matrix\n data: [ 1e999 ]\n", "not finite, or too large"),
         ("camera_matrix: !!opencv-matrix\n data: [ .nan ]\n", "holds a value that is not"),
         ("image_width: nan\n", "image_width holds a number that is not finite"),
@@ -104,7 +101,6 @@ def test_a_point_that_no_lens_sees_has_no_place() -> None:
         ),
         (LENS.replace("[ 9,", "[ 0,"), "needs focal lengths above 0"),
         (f"image_width: -640\nimage_height: 480\n{LENS}", "Pictures of -640x480 pixels"),
-        (f"image_width: 1e12\nimage_height: 480\n{LENS}", "Pictures of 1000000000000x480"),
     ],
 )
 def test_other_files_are_refused(text: str, message: str) -> None:

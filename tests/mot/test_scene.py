@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import gc
 import itertools
-import sys
 import threading
 import time
 from collections.abc import Iterator, Sequence
@@ -22,9 +20,7 @@ from motes.core.track import Status, Track
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.overlaps import occlusion_candidates
 from motes.mot.scene import Scene
-from motes.mot.scene_config import scene_config
 from motes.mot.stages.associate import split_merged_blob
-from scene_objects import quick
 from waiting import wait_until
 
 GROUND = np.random.default_rng(0).integers(90, 110, (120, 200, 3)).astype(np.uint8)
@@ -142,30 +138,6 @@ def test_tracks_of_one_object_do_not_depend_on_others() -> None:
         assert [t.ellipse for t in first] == [t.ellipse for t in second[:1]]
         assert [t.distance for t in first] == [t.distance for t in second[:1]]
     assert (len(first), len(second)) == (1, 2)
-
-
-@pytest.mark.slow
-def test_noise_neither_crashes_nor_grows() -> None:
-    rng = np.random.default_rng(0)
-    noise = rng.integers(0, 64, (16, 24, 32, 3), np.uint8)
-    pictures = rng.integers(0, 192, (24, 32, 3), np.uint8) + noise  # of one place: no film of cuts
-    found: list[Detection] = []
-
-    def detector(frame: Frame) -> list[Detection]:
-        if frame.index % 10 == 0:  # long enough for births
-            boxes = rng.uniform((-5, -5, 1, 1), (32, 24, 20, 20), (rng.integers(3), 4))
-            found[:] = [Detection(Box(*box), float(rng.random())) for box in boxes.tolist()]
-        return found if frame.index % 10 < 4 else []
-
-    scene, sizes, most = Scene(detector, scene_config(quick(particles=5))), [], 0
-    for index, pixels in zip(range(500), itertools.cycle(pictures)):
-        most = max(most, len(scene.update(Frame(index, index / 25, pixels))))
-        if index in (250, 499):
-            gc.collect()
-            sizes.append(sys.getallocatedblocks())
-    assert scene.created >= scene.terminated > 10
-    assert most < 20  # who is not seen again is gone after some seconds
-    assert sizes[1] < sizes[0] + 600  # accounts alone would take more, kept for good
 
 
 @pytest.mark.parametrize("motion", [np.eye(2, 3), np.full((3, 3), np.nan), np.zeros((3, 3)), "up"])

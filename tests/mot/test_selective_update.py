@@ -9,9 +9,9 @@ import pytest
 
 from motes.core.detection import Detection
 from motes.core.frame import Frame
-from motes.core.geometry import Box, iou
+from motes.core.geometry import Box
 from motes.mot.detection import ghosts
-from motes.mot.detection.background import BackgroundConfig, BackgroundDetector, densest
+from motes.mot.detection.background import BackgroundDetector, densest
 from motes.mot.detection.selective_update import SelectiveUpdate
 from motes.mot.scene import LAG, Scene
 
@@ -36,21 +36,6 @@ def test_the_picture_to_learn_by_hand() -> None:
     for time, left, right in ((0.5, 10, 10), (1.5, 50, 10), (2.5, 50, 10), (3.5, 50, 50)):
         learned = update.learned_from(now, mask, time, known)
         assert (learned[0, 0, 0], learned[0, 0, 8], learned[0, 8, 4]) == (left, right, 50), time
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("walks", "found"), [(True, 1), (False, 0)])
-def test_who_has_walked_in_stays_and_what_only_appears_is_learned(walks: bool, found: int) -> None:
-    """Both stand still for 16 seconds: longer than the trial, and than a background remembers."""
-    config = BackgroundConfig(history=20, trial=4, patience=60)
-    scene = Scene(BackgroundDetector(config))
-    for index in range(105):
-        x = None if index < 5 else min(20 + 4 * (index - 5), 80) if walks else 80
-        scene.update(frame(index, x))
-    detector = scene.detector
-    boxes = [each.box for each in detector(frame(105, 80))]
-    assert len(boxes) == found
-    assert all(iou(box, Box(80, 30, *SIZE)) > 0.8 for box in boxes)
 
 
 class Listener:
@@ -81,18 +66,6 @@ def test_a_detector_learns_some_frames_later_where_what_has_moved_is() -> None:
     (box,) = listener.told[first]
     np.testing.assert_allclose(box, tracks[first][0].box)  # as it goes evenly
     assert first - LAG == 3  # 12 pixels on from its first detection
-
-
-def test_the_usual_colors_are_found_though_objects_cover_them_most_of_the_time() -> None:
-    """Of 31 frames 12 show the ground; the median is that of the objects."""
-    rng = np.random.default_rng(0)
-    ground = np.array([120, 110, 100])
-    pictures = []
-    for index in range(31):
-        color = ground if index % 5 in (0, 1) and index < 30 else rng.integers(0, 80, 3)
-        pictures.append(np.clip(color + rng.integers(-3, 4, (8, 9, 3)), 0, 255).astype(np.uint8))
-    assert np.abs(densest(pictures) - ground).max() <= 4
-    assert np.abs(np.median(pictures, axis=0) - ground).max() > 20
 
 
 def test_a_ground_without_noise_is_found_behind_who_passes() -> None:

@@ -84,17 +84,6 @@ def test_a_curve_is_read_off_what_is_not_covered() -> None:
     assert curves[:, 2].max() < 4
 
 
-@pytest.mark.slow
-def test_a_first_background_is_of_one_exposure() -> None:
-    """Though the film that it is made from grows darker and brighter."""
-    empty, detector = ground(0), BackgroundDetector()
-    gains = np.repeat([1.0, 0.75, 1.2, 0.9], 25)
-    frames = list(film(lambda i: walked(empty, i) * gains[i], 100))
-    detector.prepare(frames)
-    assert max(len(detector(frame)) for frame in frames) <= 2
-    assert not detector.warnings
-
-
 @pytest.mark.parametrize("kind", ["light", "camera"])
 def test_what_happens_later_is_not_said_of_the_first_frame(kind: str) -> None:
     """The first background is of the preview, most of which is after the change."""

@@ -111,27 +111,6 @@ def test_follows_targets_of_every_size(
     assert {track.status for track in tracks} == {Status.TRACKING}
 
 
-def grown() -> tuple[list[Frame], list[Box]]:
-    frames, boxes = [], []
-    for index in range(25):
-        side = round(40 * 1.03**index)
-        (frame,), (box,) = film([(160.0, 120.0)], (side, side), wall(240, 320))
-        frames.append(Frame(index, index * FRAME_INTERVAL, frame.pixels))
-        boxes.append(box)
-    return frames, boxes
-
-
-@pytest.mark.slow
-def test_a_growing_target_has_no_steps_of_size() -> None:
-    frames, boxes = grown()
-    tracks = follow(frames, boxes[0])
-    sides = np.log([math.sqrt(box.width * box.height) for box in boxes])
-    reported = np.log([track.ellipse.side for track in tracks])
-    steps = np.abs(np.diff(reported - sides)[10:])
-    assert steps.max() < 0.03  # half of a step from one compared size to the next
-    assert np.abs(reported - reported[0] - (sides - sides[0])).mean() < 0.04
-
-
 class Moment(NamedTuple):
     """What is told of a frame, and whether something was learned of it."""
 
@@ -191,31 +170,6 @@ def test_what_is_found_is_believed_after_three_frames_and_then_learned(
     waited = [(each.track.status, each.learned) for each in there]
     assert waited[:2] == [(Status.SEARCHING, False)] * 2
     assert (Status.TRACKING, True) in waited[2:4]
-
-
-@pytest.mark.slow
-def test_a_target_that_leaves_and_returns_elsewhere() -> None:
-    out = [(300.0 + 8 * index, 60.0) for index in range(8)]
-    places = [(220.0 + 8 * index, 60.0) for index in range(10)] + out + [(-60.0, 150.0)] * 12
-    places += [(-10.0 + 5 * index, 150.0) for index in range(40)]
-    frames, boxes = film(places, (30, 40), wall(200, 320))
-    tracks = follow(frames, boxes[0])
-    assert {track.status for track in tracks[20:28]} == {Status.SEARCHING}
-    assert tracks[-1].status is Status.TRACKING
-    assert iou(tracks[-1].box, boxes[-1]) > 0.5
-
-
-def test_a_turned_region_stays_turned() -> None:
-    frames, boxes = film(circle((160.0, 100.0), 15, 10), (40, 40), wall(240, 320))
-    region = Ellipse.from_box(boxes[0])._replace(a=22.0, b=14.0, theta=0.6)
-    tracker = Tracker()
-    tracker.init(frames[0], region)
-    for frame in frames[1:]:
-        track = tracker.update(frame)
-    assert track.ellipse.theta == pytest.approx(0.6, abs=0.01)
-    assert track.ellipse.a / track.ellipse.b == pytest.approx(22 / 14)
-    center = boxes[-1].x + 19.5, boxes[-1].y + 19.5
-    assert track.ellipse[:2] == pytest.approx(center, abs=3)
 
 
 def spinning(degrees: float, count: int) -> list[Frame]:
@@ -307,22 +261,6 @@ def test_a_rival_with_more_evidence_becomes_the_target() -> None:
     assert after.ellipse[:2] == pytest.approx((160.0, 100.0), abs=2)
     assert not after.rival.alive
     assert info.track.status is Status.TRACKING
-
-
-def test_fewer_particles_where_the_place_is_clear() -> None:
-    frames, boxes = film([(160.0, 100.0)] * 2, (30, 40), wall(240, 320))
-    config, rng = Discriminative(), np.random.default_rng(0)
-    state, _ = config.init(rng, frames[0], Ellipse.from_box(boxes[0]))
-    empty = Frame(1, FRAME_INTERVAL, wall(240, 320))
-
-    def count(frame: Frame) -> int:
-        sights = config.experts.look(state.experts, frame, state.ellipse)
-        look = localize(config, rng, state, frame, state.ellipse, sights)
-        return len(look.centers)
-
-    clear, unclear = ([count(frame) for _ in range(9)] for frame in (frames[1], empty))
-    assert max(clear) == config.particles // 4
-    assert config.particles // 4 < np.mean(unclear) <= config.particles
 
 
 HERE, THERE = Ellipse(50.0, 50.0, 10.0, 10.0), Ellipse(90.0, 50.0, 10.0, 10.0)

@@ -139,17 +139,6 @@ def test_nothing_is_known_of_who_is_not_seen() -> None:
     assert identity.after(frames[30], wrong, np.zeros(2), seen=True).belief < identity.belief
 
 
-def test_placed_by_the_user_it_is_the_target_again() -> None:
-    frames, ours, others = meeting(in_front=True)
-    tracker = Tracker()
-    tracker.init(frames[0], ours[0])
-    for frame in frames[1:APART]:
-        track = tracker.update(frame)
-    assert track.confidence < 0.5
-    assert tracker.correct(others[APART - 1]).confidence > 0.9
-    assert all(tracker.update(frame).confidence > 0.5 for frame in frames[APART:])
-
-
 def test_looks_tell_a_shirt_from_trousers() -> None:
     pixels = np.full((100, 100, 3), 200, np.uint8)
     pixels[50:] = 40

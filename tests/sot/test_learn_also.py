@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.correction import correct
-from motes.correction.join import Stretch
-from motes.correction.passes import run_pass
 from motes.cues.base import Cue
 from motes.cues.color import Color, Posterior
 from motes.cues.correlation_filter import Correlation
-from motes.sot.presets import preset
 from motes.sot.tracker import Tracker
 
 REGION = Ellipse(60, 50, 16, 20)
@@ -59,28 +53,3 @@ def test_the_target_stays_where_it_is(name: str) -> None:
     assert after.distance < alone.update(look(2, 1)).distance or name == "default"
     with pytest.raises(ConfigError, match="outside the frame"):
         tracker.learn_also(look(2), (900, 900, 9, 9))
-
-
-def test_both_passes_learn_from_both_keyframes(monkeypatch: pytest.MonkeyPatch) -> None:
-    given: list[tuple[int, int, Ellipse]] = []
-
-    def noted(*arguments, other=None, backward=False, **options):  # type: ignore[no-untyped-def]
-        if other is not None:
-            given.append((backward, other[0].index, other[1]))
-        return run_pass(*arguments, other=other, backward=backward, **options)
-
-    class Film:
-        def forward(self, first: int, last: int) -> Iterator[Frame]:
-            return (look(1 + (i > 2), i) for i in range(first, last + 1))
-
-        def backward(self, last: int, first: int) -> Iterator[Frame]:
-            return (look(1 + (i > 2), i) for i in range(last, first - 1, -1))
-
-    monkeypatch.setattr(correct, "run_pass", noted)
-    moved = REGION._replace(x=61)
-    config = preset("mean_shift")
-    correct.correct_stretch(Film(), Stretch(0, 5, REGION, moved), config, 0)
-    assert given == [(False, 5, moved), (True, 0, REGION)]
-    correct.correct_stretch(Film(), Stretch(0, 5, REGION, None), config, 0)
-    correct.correct_stretch(Film(), Stretch(0, 5, None, moved), config, 0)
-    assert len(given) == 2

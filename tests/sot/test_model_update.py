@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from itertools import cycle
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,16 +13,15 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from histogram_series import lessons, series
-from kinds import CONFIGS, FILTER_KINDS
 from motes.core.types import Floats
 from motes.cues.base import AdaptableCue
 from motes.cues.color import Color
 from motes.cues.gradients import Hog
 from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.bin_updates import LEAST_NOISE, AnchoredKalman, GaussianBins, KalmanBins
-from motes.sot.filtering.model_update import ExponentialForgetting, PerCue, UpdateResult
+from motes.sot.filtering.model_update import ExponentialForgetting, PerCue
 from motes.sot.particle_filter import ParticleFilter
-from motes.sot.presets import TrackerConfig, configure
+from motes.sot.presets import TrackerConfig
 from motes.sot.tracker import Tracker
 from oracles import region, scene
 
@@ -110,44 +107,6 @@ def test_where_nothing_is_seen_the_model_stays() -> None:
     np.testing.assert_array_equal(after.models["hog"].histogram, before.models["hog"].histogram)
 
 
-STRATEGIES = ["forgetting", "kalman", "gaussian", "anchored_kalman"]
-
-
-@pytest.mark.parametrize(("name", "kind"), [*zip(FILTER_KINDS, cycle(STRATEGIES), strict=False)])
-def test_every_filter_takes_every_strategy(name: str, kind: str, tmp_path: Path) -> None:
-    config = configure(
-        CONFIGS[name],
-        {
-            "particles": 40,
-            "presence": {"max_positions": 100, "margin": 0, "deviations": 0},
-            "adaptation": {
-                "type": kind,
-                **({"learning_rate": 0.1} if kind == "forgetting" else {}),
-            },
-        },
-    )
-    tracker = started(config)
-    pictures = walk(*range(1, 16))
-    for picture in pictures[:12]:
-        tracker.update(picture)
-    learned: Any = tracker._state
-    for name in config.cues:
-        model = learned.models[name]
-        assert np.isfinite(model.histogram).all()
-        assert model.histogram.min() >= 0
-        assert model.histogram.sum() == pytest.approx(1)
-        assert (model.histogram != model.anchor).any()
-    tracker.save(tmp_path / "state")
-    loaded = Tracker.load(tmp_path / "state")
-    for picture in pictures[12:]:
-        assert loaded.update(picture).ellipse == tracker.update(picture).ellipse
-    again: Any = loaded._state
-    learned = tracker._state
-    for name in config.cues:
-        np.testing.assert_array_equal(again.models[name].histogram, learned.models[name].histogram)
-    assert list(again.memories) == list(learned.memories)
-
-
 # The Kalman filter
 
 
@@ -204,24 +163,6 @@ def test_the_filter_is_its_equations(seed: int, bins: int, frames: int) -> None:
     for learned, model in zip(lessons(strategy, first, seen), expected, strict=True):
         np.testing.assert_allclose(learned.histogram, model, atol=1e-9)
         assert learned.histogram.sum() == pytest.approx(1)
-
-
-def gains(sizes: list[float]) -> list[float]:
-    """Return the shares of residuals of these sizes by which the model moves; 0 without any."""
-    strategy, pattern = KalmanBins(frames=4), np.random.default_rng(0).normal(size=8)
-    found, shares = UpdateResult(np.full(8, 1 / 8)), list[float]()
-    for size in sizes:
-        model, memory = found
-        found = strategy.learn(memory, model, model, model + size * pattern)
-        moved = float(np.linalg.norm(found.histogram - model))
-        shares.append(moved / (float(np.linalg.norm(pattern)) * (size or 1.0)))
-    return shares
-
-
-def test_a_model_that_fits_without_any_residual() -> None:
-    assert gains([0.0] * 8) == [0] * 8
-    # There is no noise: what comes then is all change.
-    assert gains([0.0] * 4 + [0.01] * 5)[-1] == pytest.approx(1)
 
 
 # The Gaussian model

@@ -39,16 +39,6 @@ model_ = pytest.mark.parametrize("model", MODELS)
 """Those that are linear, with noise proportional to the first region."""
 
 
-def quiet(model: RandomWalk | ConstantVelocity | SecondOrder) -> Motion:
-    """Return the model without noise."""
-    return type(model)(
-        **{
-            **{name: getattr(model, name) for name in model.__struct_fields__},
-            "noise": Noise(position=0, size=0, size_return=0, aspect=0, angle=0),
-        }
-    )
-
-
 def moving(model: Motion, n: int) -> Floats:
     """Return n equal states that move, grow and accelerate where the model can."""
     states = model.initial(np.tile(np.array(FIRST), (n, 1)))
@@ -109,17 +99,6 @@ def test_mean_and_covariance(
     assert (error <= 4.5 * deviations / math.sqrt(n)).all()
     correlation = np.cov(out.T) / np.outer(deviations, deviations)
     np.testing.assert_allclose(correlation, q / np.outer(deviations, deviations), atol=0.025)
-
-
-@model_
-@pytest.mark.parametrize("frames", [0.0, 0.5, 1.0, 4.0])
-def test_without_noise_only_a_is_left(
-    model: RandomWalk | ConstantVelocity | SecondOrder, frames: float
-) -> None:
-    silent = quiet(model)
-    states = moving(model, 3)
-    out = silent.propagate(np.random.default_rng(0), states, frames * FRAME_INTERVAL, FIRST)
-    np.testing.assert_allclose(out, states @ matrices(model, frames)[0].T, atol=1e-9)
 
 
 @model_

@@ -13,9 +13,7 @@ from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, Ellipse, iou
 from motes.core.track import Status
-from motes.sot.discriminative.network_track import AGREES, NetworkTrack
-from motes.sot.discriminative.redetection import MIN_HALF_AXIS
-from motes.sot.discriminative.report import at_region
+from motes.sot.discriminative.network_track import AGREES
 from motes.sot.discriminative.standing import FRAMES, Rival, Standing
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.network.network import Network, NetworkModel
@@ -100,18 +98,6 @@ def test_the_box_is_between_that_of_the_tracker_and_that_of_the_network(network:
     np.testing.assert_allclose(info.weights @ info.ellipses[:, :4], both.ellipse[:4], rtol=1e-3)
 
 
-def test_particles_are_reported_where_the_box_is() -> None:
-    """Moved, scaled and turned as the particles' own estimate is to become the region."""
-    tracker, frames = begun()
-    own = tracker.update(frames[0]).ellipse
-    info = replace(tracker.info, ellipses=np.array([own, own._replace(x=own.x + 3, a=own.a / 2)]))
-    region = Ellipse(own.x + 5, own.y - 2, 1.5 * own.a, 2 * own.b, own.theta + 0.1)
-    moved = at_region(info, region, 0.25, Status.OCCLUDED)
-    expected = [region, region._replace(x=region.x + 3, a=region.a / 2)]
-    assert moved.ellipses == pytest.approx(np.array(expected))
-    assert (moved.track.ellipse, moved.track.confidence) == (region, 0.25)
-
-
 def test_a_doubt_who_it_is_lowers_the_confidence_and_moves_no_box(network: Network) -> None:
     frames = film(2)
     sure, doubting = (Tracker(Discriminative(network=network)) for _ in range(2))
@@ -174,12 +160,6 @@ def test_lost_particles_begin_again_where_a_network_agrees() -> None:
     track = tracker.update(frames[0])
     assert tracker._state.standing == Standing()
     assert tracker._state.ellipse == track.ellipse
-
-
-def test_its_place_stays_in_the_frame() -> None:
-    frame = film(1)[0]
-    track = NetworkTrack.begin(REDS, frame, Ellipse(500.0, -20.0, 130.0, 1.0))
-    assert track.followed(REDS, frame).place == Ellipse(239.0, 0.0, 120.0, MIN_HALF_AXIS)
 
 
 def test_a_corrected_target_is_where_the_network_looks_next() -> None:

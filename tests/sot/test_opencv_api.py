@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import inspect
 from collections.abc import Callable
 
@@ -16,19 +15,6 @@ from motes.sot.opencv_api import OpenCVTracker
 CLIP = synthetic.still((160, 120), target=(30, 40), frames=3)
 IMAGES = [frame.pixels[:, :, ::-1] for frame, _ in CLIP]
 BOX = tuple(round(value) for value in CLIP[0][1][0].ellipse.box)
-
-
-@pytest.mark.parametrize("twice", [copy.copy, copy.deepcopy])
-def test_a_copy_is_independent(twice: Callable[[OpenCVTracker], OpenCVTracker]) -> None:
-    tracker, other = OpenCVTracker("nummiaro"), OpenCVTracker("nummiaro")
-    for each in (tracker, other):
-        each.init(IMAGES[0], BOX)
-    twin = twice(tracker)
-    twin.update(IMAGES[1])
-    for image in IMAGES[1:]:
-        tracker.update(image)
-        other.update(image)
-        assert tracker.tracker.info.track.ellipse == other.tracker.info.track.ellipse
 
 
 def test_the_methods_are_those_of_opencv() -> None:

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes.core.frame import Frame
-from motes.core.geometry import Ellipse, iou
+from motes.core.geometry import Ellipse
 from motes.sot.discriminative import prediction
 from motes.sot.discriminative.prediction import (
     UNNOTICED,
@@ -21,7 +21,6 @@ from motes.sot.discriminative.prediction import (
     small_picture,
     spectrum_of,
 )
-from motes.sot.tracker import Tracker
 from textured import HEIGHT, WIDTH, seen, textured
 
 NOTHING = np.zeros((1, 1), np.float32), np.zeros((1, 1), np.complex64)
@@ -105,50 +104,6 @@ def test_a_target_that_is_not_seen_rests_in_the_scene() -> None:
     np.testing.assert_array_equal(after.velocity, (3, 4))
     np.testing.assert_array_equal(after.camera, (3, 4))
     np.testing.assert_array_equal(after.errors, history.errors)
-
-
-def test_pictures_are_compared_at_rest_if_a_shift_is_wrong(
-    scene: NDArray[np.uint8], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    history, after = prediction.started(small_picture(seen(scene, 100, 100))), seen(scene, 110, 94)
-    picture = small_picture(after)
-    before, now = prediction.predictions(history, picture, after).shared
-    assert before.shape == now.shape
-    assert now.shape < picture.shape
-    assert np.abs(now - before).mean() < 0.5 * np.abs(picture - history.picture).mean()
-    for wrong in (60.0, float(WIDTH)):
-        monkeypatch.setattr(prediction, "camera_shift", lambda *_, x=wrong: np.array((x, 0.0)))
-        sight = prediction.predictions(history, picture, after)
-        assert sight.shared == (history.picture, picture)
-
-
-def shaken(scene: NDArray[np.uint8]) -> tuple[list[Frame], list[Ellipse]]:
-    """Return a film of a small target at rest before a camera that shakes, and its places."""
-    rng = np.random.default_rng(2)
-    target = np.random.default_rng(8).integers(0, 255, (5, 5, 3), np.uint8)
-    shown = scene.copy()
-    row, column = HEIGHT + 110, WIDTH + 150
-    shown[row : row + 20, column : column + 20] = target.repeat(4, axis=0).repeat(4, axis=1)
-    frames, places = [], []
-    for index in range(40):
-        left, top = np.array((WIDTH, HEIGHT)) + rng.uniform(-27, 27, 2).round() * (index > 0)
-        frames.append(seen(shown, left, top, index))
-        places.append(Ellipse(column + 9.5 - left, row + 9.5 - top, 10.0, 10.0))
-    return frames, places
-
-
-def test_a_wrong_prediction_is_checked_at_the_last_place(
-    scene: NDArray[np.uint8], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    frames, places = shaken(scene)
-    still = [Frame(index, index / 25, frames[0].pixels) for index in range(14)]
-    tracker = Tracker(seed=0)
-    tracker.init(still[0], places[0])
-    for frame in still[1:8]:
-        tracker.update(frame)
-    monkeypatch.setattr(Prediction, "likeliest", lambda self, history: np.array([60.0, 0.0]))
-    for frame in still[8:]:
-        assert iou(tracker.update(frame).box, places[0].box) > 0.8
 
 
 def after(frame: Frame, *frames: Frame, shift: tuple[float, float] = (0, 0)) -> Light:

@@ -13,7 +13,7 @@ from motes.core.types import Floats
 from motes.cues.correlation_filter import ScaleFilter
 from motes.sot.discriminative.size import POINTS, Trend, TurnEstimate, sampled
 from motes.sot.tracker import Tracker
-from motes.synthetic.clips import occluded, still, turning
+from motes.synthetic.clips import still, turning
 
 
 def wrapped(angles: Floats) -> Floats:
@@ -35,20 +35,6 @@ def test_a_turn_is_followed_without_steps() -> None:
     assert np.abs(wrapped(np.subtract(found, truth))).max() < 8
     steps = np.diff(np.unwrap(found, period=math.pi))
     assert np.degrees(np.abs(steps)).max() < 9  # one of 3.6 degrees each; a window's is of 14
-
-
-def test_hidden_targets_keep_their_angle() -> None:
-    clip = occluded((160, 120))
-    frame, (true, *_) = clip[0]
-    start = true.ellipse._replace(theta=0.2)
-    estimate = TurnEstimate.begin(frame, start)
-    gone = estimate.followed(frame, start, 0.0, 0.0, seen=False)
-    assert gone.angle.value == 0
-    elsewhere = estimate.followed(frame, Ellipse(20, 100, 9, 9), 0.25, 0.25, seen=True)
-    assert elsewhere.angle.value in (0.0, 0.25)
-    flat = Frame(0, 0.0, np.zeros((120, 160, 3), np.uint8))
-    assert estimate.followed(flat, start, 0.25, 0.25, seen=True).angle.value == 0.25
-    assert not len(TurnEstimate.begin(frame, start._replace(theta=0.0)).rings)
 
 
 def test_a_turned_picture_is_turned_by_as_much() -> None:
@@ -89,15 +75,6 @@ def test_steady_growth_is_followed_without_lag() -> None:
         trend = trend.measured(0.01 * frame) if frame % 2 else trend.predicted()
     assert trend.value == pytest.approx(0.59, abs=1e-3)
     assert trend.growth == pytest.approx(0.01, abs=1e-3)
-
-
-def test_noise_at_rest_is_reduced() -> None:
-    trend, noise = Trend(), 0.01 * np.random.default_rng(0).standard_normal(400)
-    sizes = []
-    for value in noise:
-        trend = trend.measured(float(value))
-        sizes.append(trend.value)
-    assert np.std(np.diff(sizes)) < 0.5 * np.std(np.diff(noise))
 
 
 def test_a_rough_value_is_replaced_by_the_next_measurement() -> None:

@@ -27,7 +27,7 @@ from motes.sot.known_target import KnownTarget
 from motes.sot.mean_shift import MeanShift
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.places import Place
-from motes.sot.presets import TrackerConfig, configure, preset
+from motes.sot.presets import TrackerConfig, preset
 from motes.sot.tracker import Tracker
 from oracles import region, scene, sequence
 
@@ -408,30 +408,6 @@ def test_the_demo_is_followed_nearly_throughout(name: str) -> None:
     assert confidence[visible == 0].max() < 0.5
 
 
-# A turning target
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "form", "follows"),
-    [
-        ("maggio", "rotated", True),
-        ("maggio:O-ROH", "rotated", True),
-        ("maggio:O-ROH", "fourier", False),
-    ],
-)
-def test_the_angle_of_a_full_turn(name: str, form: str, follows: bool) -> None:
-    """ROH knows the target's angle, FOH is blind to it on purpose."""
-    tracker = Tracker(configure(preset(name), {"orientation": {"form": form}}))
-    errors: list[float] = []
-    for picture, (truth,) in synthetic.turning((320, 240), 80):
-        track = tracker.update(picture) if errors else tracker.init(picture, truth.ellipse)
-        off = np.degrees(track.ellipse.theta - truth.ellipse.theta)
-        errors.append(abs((off + 90) % 180 - 90))
-    assert bool(max(errors) < 20) is follows
-    assert bool(np.mean(errors) < 10) is follows
-
-
 # A known histogram
 
 
@@ -477,19 +453,6 @@ def test_a_known_target_is_found_when_it_comes(
             assert track.confidence < 0.5 or iou(track.box, region(center).box) > 0.3
     assert track.status is Status.TRACKING
     assert covers(track, region(center))
-
-
-def test_what_another_tracker_sees_is_found_at_once() -> None:
-    tracker = Tracker("nummiaro", 1)
-    tracker.search(scene(0, None), known("nummiaro"))
-    assert tracker.update(scene(1, None)).status is Status.SEARCHING
-    tracker.expect(np.tile(np.array(region(path(2))), (100, 1)))
-    assert tracker.update(scene(2, path(2))).status is Status.TRACKING
-    config = preset("nummiaro")
-    assert isinstance(config, ParticleFilter)
-    models = {"color": known("nummiaro").model}
-    samples = np.tile(np.array(region(path(2))), (100, 1))
-    assert config.hand_over(scene(2, path(2)), models, samples)[1].track.status is Status.TRACKING
 
 
 @pytest.mark.parametrize("name", [name for name in KINDS if name in SEARCHERS])
@@ -566,15 +529,6 @@ def test_a_detector_that_finds_nothing_leaves_the_tracker_alone() -> None:
         each.init(FRAMES[0], TARGET)
     assert tracker.detect(FRAMES[1], lambda frame: []) is None
     assert same(tracker.update(FRAMES[2]), alone.update(FRAMES[2]))
-
-
-def test_a_background_image_sets_the_appearance_rule() -> None:
-    appearing: list[Any] = []
-    for background in (None, Frame(0, 0.0, np.zeros_like(FRAMES[0].pixels))):
-        tracker = Tracker(configure(preset("nummiaro"), {"presence": {"margin": 0}}), seed=3)
-        tracker.search(FRAMES[0], known("nummiaro"), background=background)
-        appearing.append(tracker.info.n_supporting)
-    assert appearing[1] > appearing[0]  # nothing is as unlike the target as black
 
 
 def test_a_full_disk_leaves_the_tracker_saved_before(

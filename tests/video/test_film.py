@@ -16,10 +16,9 @@ from clips import spoil
 from coded import KINDS, video
 from motes.core.errors import SourceError
 from motes.video import film as film_module
-from motes.video import frame_sharing as shared_module
 from motes.video.decoder import Decoder, Stamped
 from motes.video.film import DamagedError, Film
-from motes.video.frame_sharing import Shared, shared
+from motes.video.frame_sharing import shared
 from motes.video.report import Report
 from motes.video.seeker import Seeker
 from motes.video.sources import open_source
@@ -42,29 +41,6 @@ def test_any_order_gives_the_frames_of_the_source(
     for frame in order:
         assert (frame.pixels == expected[frame.index].pixels).all(), frame
         assert frame.time == expected[frame.index].time
-
-
-def test_a_part_is_decoded_from_the_last_key_picture(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """From the beginning, 30 pictures in parts of four would take 144."""
-    film = Film(video(tmp_path / "film.mp4", "libx264", {"g": "8", "bf": "0"}))
-    decoded = 0
-    numbered = Film._numbered
-
-    def counted(self: Film, pictures: Any, first: int | None) -> Any:
-        def each() -> Any:
-            nonlocal decoded
-            for picture in pictures:
-                decoded += 1
-                yield picture
-
-        return numbered(self, each(), first)
-
-    monkeypatch.setattr(Film, "_numbered", counted)
-    monkeypatch.setattr(film_module, "PART", 3 * 48 * 64 * 4)
-    assert len([*film.backward(29, 0)]) == 30
-    assert decoded < 70
 
 
 def test_a_film_that_changes_meanwhile(tmp_path: Path) -> None:
@@ -196,9 +172,3 @@ def test_frames_are_those_of_the_film_and_are_decoded_once(
     for frame in read:
         assert (frame.pixels == expected[frame.index - 5].pixels).all()
         assert frame.time == film.times[frame.index]
-
-
-def test_memory_is_bounded(film: Film, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(shared_module, "HELD", 3 * film.width * film.height * 10)
-    assert isinstance(shared(film, 5, 14), Shared)
-    assert shared(film, 5, 15) is film

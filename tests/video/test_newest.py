@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import queue
-import threading
 import time
 from collections.abc import Iterator
 from types import SimpleNamespace
@@ -84,16 +83,3 @@ def test_errors_come_after_the_frames(monkeypatch: pytest.MonkeyPatch) -> None:
         assert [next(each).index, next(each).index] == [0, 1]
         with pytest.raises(SourceError, match="broken"):
             next(each)
-
-
-def test_the_end_ends_who_waits() -> None:
-    film = Film()
-    got: list[Frame] = []
-    frames = reading(film)
-    with frames:
-        other = threading.Thread(target=lambda: got.extend(frames))
-        other.start()
-        film.stop()
-    other.join(20)
-    assert not other.is_alive()
-    assert got == []

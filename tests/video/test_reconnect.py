@@ -162,12 +162,3 @@ def test_a_camera_whose_clock_is_set_is_no_recording(monkeypatch: pytest.MonkeyP
         clock.now += 0.04
         told.note(index * 0.04 + (1e6 if index > 200 else 0) - (2e6 if index > 400 else 0))
     assert not told.recorded
-
-
-def test_a_recording_stays_one_while_nobody_takes_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    clock = Clock(monkeypatch)
-    told = Pace()
-    for index in range(2000):
-        clock.now += 0.01 if index < 400 else 1.0
-        told.note(index * 0.04)
-    assert told.recorded

@@ -110,21 +110,6 @@ def test_the_selection_is_a_slice(start: int, end: int | None, stride: int) -> N
             assert [frame.time for frame in frames] == [i * FRAME_INTERVAL for i in expected]
 
 
-@pytest.mark.parametrize(
-    ("name", "values"),
-    [
-        ("start", [-1, True, "1", None, 10**20]),
-        ("end", [0, 10**20, 2.5, float("nan")]),
-        ("stride", [0, -2, 0.5, True, 2**63]),
-    ],
-)
-def test_a_senseless_selection_is_refused(whole: Path, name: str, values: list[Any]) -> None:
-    for value in values:
-        with pytest.raises(ConfigError, match=name) as caught:
-            open_source(whole, **{name: value})
-        assert "\n" not in str(caught.value)
-
-
 @pytest.mark.parametrize("ending", ["mp4", "mkv"])
 def test_variable_frame_rate_keeps_its_times(tmp_path: Path, ending: str) -> None:
     times = [0, 40, 50, 200, 230, 500, 510, 900, 1000, 1500]
@@ -149,19 +134,6 @@ def test_a_mirrored_video_is_shown_as_players_do(
         assert np.array_equal(after.pixels[down, across], before.pixels)
 
 
-def test_a_turned_photograph_is_upright_whoever_reads_it(tmp_path: Path) -> None:
-    """FFmpeg attaches data that PyAV does not know, and then tells no more than the angle."""
-    image = Image.fromarray(picture(0))
-    exif = image.getexif()
-    for orientation in (1, 3, 6, 8):
-        exif[0x0112] = orientation
-        image.save(tmp_path / "turned.jpg", exif=exif, quality=95)
-        (tmp_path / "turned.bin").write_bytes((tmp_path / "turned.jpg").read_bytes())
-        frames, _ = read(tmp_path / "turned.bin")
-        error = np.abs(frames[0].pixels.astype(int) - read_image(tmp_path / "turned.jpg"))
-        assert error.mean() < 4
-
-
 @pytest.mark.parametrize(
     ("aspect", "said"), [(Fraction(2), "2.00 times as wide"), (Fraction(16, 15), None)]
 )
@@ -179,15 +151,6 @@ def test_pixels_that_are_not_square_are_left_so_and_said(
     assert frames[0].pixels.shape == (48, 64, 3)
     assert report.aspect == pytest.approx(float(aspect))
     assert report.problems is None if said is None else said in (report.problems or "")
-
-
-@pytest.mark.parametrize("fps", [10, 50])
-def test_a_raw_stream_without_times_has_the_rate_that_it_says(tmp_path: Path, fps: int) -> None:
-    with open_source(clip(tmp_path / "raw.h264", 30, fps=fps)) as source:
-        assert source.fps == fps
-        frames = list(source)
-    assert [frame.time for frame in frames] == pytest.approx([i / fps for i in range(30)])
-    assert source.report.retimed == 30
 
 
 @pytest.mark.parametrize(
@@ -487,15 +450,6 @@ def test_the_bits_that_a_film_of_16_uses_are_found_once_and_said(tmp_path: Path,
     assert opened.report.problems is None
     with open_source(source, start=3) as opened:
         np.testing.assert_array_equal(next(opened).pixels, frames[3].pixels)
-
-
-def test_pictures_that_are_too_bright_for_the_depth_are_counted(tmp_path: Path) -> None:
-    for number in range(40):
-        shade = 60000 if number == 17 else 900
-        Image.fromarray(np.full((4, 4), shade, np.uint16)).save(tmp_path / f"{number}.png")
-    with open_source(tmp_path) as source:
-        assert {int(frame.pixels.max()) for frame in source} == {255, 900 >> 2}
-    assert "1 picture(s) too bright for 10 bits" in (source.report.problems or "")
 
 
 # Cameras and servers
