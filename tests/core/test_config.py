@@ -32,11 +32,11 @@ from motes.core.errors import ConfigError
 from motes.core.type_words import words
 from motes.cues.color import Color
 from motes.cues.gradients import Hog
-from motes.cues.sampling import Checkerboard, EveryPixel, Lattice
+from motes.cues.sampling import EveryPixel, Lattice
 from motes.cues.structure_tensor import Orientation
 from motes.mot.analytics.regions import Regions
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
-from motes.sot.filtering.bin_updates import AnchoredKalman, GaussianBins, KalmanBins
+from motes.sot.filtering.bin_updates import KalmanBins
 from motes.sot.filtering.fusion import Fixed
 from motes.sot.filtering.likelihood import Gaussian
 from motes.sot.filtering.model_update import ExponentialForgetting, PerCue
@@ -45,7 +45,6 @@ from motes.sot.filtering.motion import (
     ConstantVelocity,
     Noise,
     RandomWalk,
-    SecondOrder,
 )
 from motes.sot.filtering.resampling import Multinomial
 from motes.sot.mean_shift import MeanShift
@@ -57,53 +56,29 @@ from motes.sot.presets import PRESETS, TrackerConfig, configure, preset
 @pytest.mark.parametrize(
     ("kind", "field", "values"),
     [
-        (
-            Gaussian,
-            "sigma",
-            [0, -1, 1e-4, 1e7, math.nan, math.inf, -math.inf, "a", None, True, [1]],
-        ),
-        (Noise, "size", [-0.1, 1.1, math.nan]),
+        (Gaussian, "sigma", [0, 1e-4, 1e7, math.nan, math.inf, -math.inf, "a", None, True, [1]]),
         (Noise, "position", [-0.1, 1e300, math.nan, math.inf, "0.1"]),
-        (ConstantVelocity, "persistence", [-0.1, 1.1, math.nan]),
         (ConstantVelocity, "noise", [0.1, {"position": "a"}, None]),
-        (SecondOrder, "acceleration", [-1, 1e300, math.nan]),
         (Multinomial, "threshold", [-0.1, 1.5, math.nan]),
         (Color, "space", ["RGB", "lab"]),
         (Color, "bins", [(8, 8), (8, 8, 8, 8), (0, 8, 8), (8, 8, 65), (8.5, 8, 8), 8]),
-        (Color, "kernel", ["gauss"]),
         (Color, "sampling", ["lattice", 256, None]),
-        (Checkerboard, "share", ["third", 0.5, None]),
         (Lattice, "points", [0, 7, 65537, 10.5, math.nan]),
         (ParticleFilter, "particles", [0, -1, 1.5, "100", math.inf]),
         (ParticleFilter, "motion", ["random_walk", Noise(), None]),
         (ParticleFilter, "color", [Gaussian()]),
         (AppearanceRule, "fraction", [1, -0.1, math.nan]),
-        (AppearanceRule, "frames", [0]),
-        (AppearanceRule, "max_positions", [0]),
         (Calibration, "width", [0, math.nan]),
         (ExponentialForgetting, "learning_rate", [-0.01, 1.01, math.nan]),
         (Place, "box", [(math.nan, 0, 5, 5), (0, math.inf, 5, 5), (0, 0, 0, 5), (0, 0, 5)]),
-        (Place, "border", [0, 2.5]),
         (Fixed, "weights", [{"color": each} for each in (0.0, -1.0, math.nan, 1e300, "much")]),
         (KalmanBins, "frames", [0, 1.5]),
         (KalmanBins, "alpha", [0, 0.6, math.nan]),
-        (GaussianBins, "beta", [-0.1, 1.1]),
-        (GaussianBins, "deviations", [-1, math.inf]),
-        (AnchoredKalman, "persistence", [-0.1, 1.1]),
-        (AnchoredKalman, "change", [-1, math.inf]),
         (PerCue, "cues", [{"color": "kalman"}, {"color": PerCue()}]),
         (Autoregressive, "position_return", [1.0, -0.1, math.nan]),
-        (Autoregressive, "size_return", [1.0, -0.1, math.nan]),
-        (Orientation, "bins", [3, 181]),
-        (Orientation, "scale", [0, 1.5]),
-        (Orientation, "window", [0]),
         (Orientation, "kept_fraction", [1.1, math.nan]),
-        (Orientation, "form", ["both"]),
-        (Orientation, "kernel", ["flat"]),
         (Hog, "cells", [0, 5]),
-        (Hog, "bins", [1, 17]),
         (Hog, "rotation_normalized", [1]),
-        (Hog, "kernel", ["flat"]),
     ],
 )
 def test_values_that_make_no_sense(kind: type, field: str, values: list[Any]) -> None:
@@ -142,7 +117,6 @@ def test_lists_with_fields_that_are_none_survive_toml() -> None:
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"particels": 5}, "no key 'particels'; did you mean 'particles'?"),
         ({"motion": {"noise": {"positon": 1}}}, "'motion.noise.positon'; did you mean 'position'?"),
         ({"kernels": 5}, "no key 'kernels'; known keys: "),  # kernel is one of color
         ({"confined": {"weight": 0}}, "Config has no key 'confined'; preset default has it."),
@@ -151,16 +125,8 @@ def test_lists_with_fields_that_are_none_survive_toml() -> None:
         ({"fusion": {"weights": {"color": 0}}}, "fusion.weights.color: got 0; it takes number, "),
         ({"motion": {"type": "teleport"}}, "motion.type: Invalid value 'teleport'"),
         (
-            {"color": {"bins": [8, 8]}},
-            "Config color.bins: got [8, 8]; it takes list of 3: integer, 1 to 64.",
-        ),
-        (
             {"motion": {"type": "random_walk", "velocity": 1}},
             "'motion.velocity'; known keys: noise, type.",
-        ),
-        (
-            {"likelihood": {"sigma": math.nan}},
-            "likelihood.sigma: got nan; it takes number, 0.001 to 1,000,000.",
         ),
     ],
 )
@@ -213,15 +179,11 @@ def test_merging() -> None:
     ("text", "value"),
     [
         ("0.2", 0.2),
-        ("7", 7),
         ("-1e-3", -1e-3),
         ("true", True),
-        ("rgb", "rgb"),
         ("random_walk", "random_walk"),
         ("'8'", "8"),
         ("8,8,4", [8, 8, 4]),
-        ("[8, 8, 4]", [8, 8, 4]),
-        ("a file.toml", "a file.toml"),
         ("{type = 'kalman'}", {"type": "kalman"}),
         pytest.param("1" * 5000, "1" * 5000, id="more digits than Python converts"),
     ],
@@ -238,12 +200,9 @@ def test_one_table_in_place_of_several_is_told_from_a_list(value: Any) -> None:
         from_dict({"line": value}, Regions)
 
 
-def test_text_that_is_no_toml() -> None:
+def test_text_that_is_no_toml_is_refused() -> None:
     with pytest.raises(ConfigError, match=r"^my.toml is not valid TOML: "):
         from_toml("a = = 1", "my.toml")
-
-
-def test_deep_toml_is_refused() -> None:
     deep = "[" * 5000 + "]" * 5000
     with pytest.raises(ConfigError, match=r"^this file is nested too deeply"):
         from_toml(f"x = {deep}", "this file")

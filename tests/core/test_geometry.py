@@ -44,9 +44,7 @@ def test_outline_lies_on_the_ellipse(ellipse: Ellipse) -> None:
     "region",
     [
         Box(4, 5, 10, 6),
-        (4, 5, 10, 6),
         [4, 5, 10, 6],
-        np.array([4, 5, 10, 6]),
         np.array([4, 5, 10, 6], np.float32),
         Ellipse(8.5, 7.5, 5, 3),
         (8.5, 7.5, 5, 3, 0),
@@ -59,10 +57,8 @@ def test_every_form_of_a_region(region: Any) -> None:
 @pytest.mark.parametrize(
     ("region", "message"),
     [
-        ((1, 2), "has 4 numbers"),
-        ((1, 2, 3, 4, 5, 6), "got 6"),
+        ((1, 2, 3, 4, 5, 6), "has 4 numbers.*got 6"),
         ((1, 2, 0, 4), "has no area"),
-        ((1, 2, math.nan, 4), "not finite"),
         ((math.inf, 2, 3, 4), "not finite"),
         ((1, 2, 3, 4, math.nan), "not finite"),
         (None, "A region is"),
@@ -79,11 +75,9 @@ def test_no_regions(region: Any, message: str) -> None:
     ("region", "message"),
     [
         ((200, 10, 10, 10), "center outside the frame of 100x80"),
-        ((-30, 10, 10, 10), "center outside"),
         ((10, 90, 10, 10), "center outside"),
         ((0, 0, 101, 20), "larger than the frame"),
         ((0, 0, 20, 81), "larger than the frame"),
-        ((10, 10, 1, 20), "less than two pixels"),
         ((10, 10, 20, 1.9), "less than two pixels"),
         ((50, 40, 0.5, 5, 1.0), "less than two pixels"),
     ],
@@ -119,12 +113,10 @@ def test_overlap_counts_pixels(
     ("region", "meant"),
     [
         ((60, 20, 90, 60), (60, 20, 30, 40)),  # leaves to the right
-        ((10, 50, 30, 70), (10, 50, 20, 20)),  # leaves below
         (Ellipse.from_box((60, 20, 90, 60)), (60, 20, 30, 40)),
         ((60, 20, 30, 40), None),
         ((90, 20, 30, 40), None),  # leaves, and is left of its own x
         ((60, 20, 120, 60), None),  # leaves, and so do the corners
-        ((60.0, 20.0, 90.0, 60.0, 0.0), None),
         (Ellipse(60, 20, 90, 60, 0.1), None),
     ],
 )

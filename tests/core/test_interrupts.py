@@ -149,24 +149,7 @@ class Fragile:
         send(signal.SIGTERM)
 
 
-class Late(threading.Timer):
-    """A timer whose first signal comes while it begins."""
-
-    begun = False
-
-    def start(self) -> None:
-        """Start, and wait for the first one."""
-        super().start()
-        if not Late.begun:
-            Late.begun = True
-            self.join()
-
-
-@pytest.mark.parametrize("timer", [threading.Timer, Late])
-def test_an_interrupt_that_python_drops_comes_again(
-    timer: type[threading.Timer], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(threading, "Timer", timer)
+def test_an_interrupt_that_python_drops_comes_again() -> None:
     with pytest.raises(Interrupt) as caught:
         call_and_wait(Fragile)
     assert caught.value.number == signal.SIGTERM
