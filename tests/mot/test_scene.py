@@ -1,4 +1,4 @@
-"""Many objects: birth, identity, occlusion, death."""
+"""Many objects: birth, identity, occlusion, death; and of very many the surest."""
 
 from __future__ import annotations
 
@@ -10,17 +10,22 @@ from typing import Any
 
 import numpy as np
 import pytest
-from msgspec.structs import astuple
+from msgspec.structs import astuple, replace
 
 from motes.core.detection import Detection, Detector
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
 from motes.core.track import Status, Track
+from motes.mot import track_initiation
+from motes.mot.boxes import as_rows
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.overlaps import occlusion_candidates
 from motes.mot.scene import Scene
+from motes.mot.scene_config import DetectionSelection, Initiation, SceneConfig
 from motes.mot.stages.associate import split_merged_blob
+from motes.mot.track_initiation import SCORES, TrackInitiation
+from scene_objects import grid, quick
 from waiting import wait_until
 
 GROUND = np.random.default_rng(0).integers(90, 110, (120, 200, 3)).astype(np.uint8)
@@ -52,18 +57,6 @@ def walker(index: int, x: float = 20, y: float = 30) -> Box:
     return Box(x + 3 * index, y, 16, 30)
 
 
-def test_what_is_detected_is_rather_there_than_not() -> None:
-    """Its colors were learned when half of it was seen; they say nothing of its box."""
-    stage = Stage()
-    for index in range(4):
-        stage.show([Box(-12 + 2 * index, 30, 24, 48)], [Box(0, 30, 12 + 2 * index, 48)])
-    stage.show([None, Box(0, 30, 24, 48)])
-    for _ in range(6):
-        (seen,) = stage.show([None, Box(0, 30, 24, 48)])
-        assert seen.status is Status.TRACKING
-        assert 0.5 <= seen.confidence < 0.6
-
-
 @pytest.mark.slow
 def test_who_is_hidden_coasts_behind_the_other_and_is_found_again() -> None:
     """The first passes behind the second, which stands; a blob covers both while they touch."""
@@ -90,22 +83,6 @@ def test_who_is_hidden_coasts_behind_the_other_and_is_found_again() -> None:
     assert iou(after[who].box, boxes[52]) > 0.7
     assert iou(after[other].box, still) > 0.7
     assert stage.scene.created == 2
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("name", "remembers"), [("nummiaro:adaptive", False), ("zhao_pei", True)])
-def test_where_objects_may_hide_each_other_no_model_learns(name: str, remembers: bool) -> None:
-    """Two that walk side by side, nearer than equation 19 allows, but both are seen."""
-    for gap, learns in ((10, False), (80, True)):
-        stage, models, memories = Stage(config=name), [], []
-        for i in range(18):
-            stage.show([walker(i), walker(i, x=20 + gap)._replace(y=34)])
-            for thing in stage.scene._state.objects[:1]:
-                color: Any = thing.state.models["color"]
-                models.append(color.histogram)
-                memories.append(thing.state.memories.get("color"))
-        assert (models[0] != models[-1]).any() == learns
-        assert (memories[0] != memories[-1]) == (learns and remembers)
 
 
 @pytest.mark.slow
@@ -276,3 +253,39 @@ def test_occlusion_is_foreseen_by_equations_18_and_19() -> None:
     i, j = occlusion_candidates(np.array([one, near, far]))
     assert (i.tolist(), j.tolist()) == ([0, 1], [1, 0])
     assert not len(occlusion_candidates(np.empty((0, 4)))[0])
+
+
+GRAY = np.full((480, 640, 3), 100, np.uint8)
+
+
+def config(**changes: object) -> SceneConfig:
+    """Return a scene whose objects take little time of their own."""
+    return replace(SceneConfig(quick(particles=2, places=5)), **changes)
+
+
+def test_of_too_many_detections_the_surest_are_taken_and_that_is_told_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(track_initiation, "LOWEST", 0.0)  # none is too doubtful
+    there = [Detection(Box(*box), score) for score, box in enumerate(grid(12, 0.36).tolist())]
+    eight = config(detections=DetectionSelection(limit=8))
+    scene = Scene(lambda _: there, eight)
+    for index in range(4):
+        scene.update(Frame(index, index / 25, GRAY))
+    assert scene.created == 8
+    assert scene.warnings == {
+        "limit": "Frame 0: there are 12 detections; only the 8 surest are taken."
+    }
+
+
+def test_how_sure_detections_are_is_judged_by_all_of_a_large_frame(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The surest come first, so that the last ones alone would let too many pass."""
+    monkeypatch.setattr(track_initiation, "LOWEST", 0.1)
+    births, count = TrackInitiation(), 4 * SCORES
+    scored = [Detection(Box(*box), -i) for i, box in enumerate(grid(count, 0.36).tolist())]
+    after, _ = births.with_scores(scored, scored).update(
+        0.0, scored, as_rows(()), 0.2, Initiation()
+    )
+    assert len(after.candidates) == 0.9 * count

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-from PIL import Image
 
 from motes import Tracker, synthetic
-from motes.cli import main
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
@@ -106,20 +102,3 @@ def test_library_warns(caplog: pytest.LogCaptureFixture) -> None:
     other.init(frame(wall() + blob(60, 40)), BOX)
     assert not any(each.info.note for each in (tracker, other))
     assert not caplog.records
-
-
-@pytest.mark.parametrize(
-    ("target", "times"),
-    [
-        ("--init 140,100,40,30 --init 40,30,40,30", 2),
-        ("--at 0=140,100,40,30 --at 2=150,100,40,30", 2),
-    ],
-)
-def test_command_warns(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str], target: str, times: int
-) -> None:
-    for i in range(3):
-        Image.fromarray(frame(wall()).pixels).save(tmp_path / f"{i}.png")
-    command = ["track", str(tmp_path), *target.split(), "-o", str(tmp_path / "rows.csv")]
-    assert main(command) == 0
-    assert capfd.readouterr().err.count("looks like what is around it") == times

@@ -1,4 +1,4 @@
-"""The experts of the default tracker: what each says, and what they and the window decide."""
+"""The experts of the default tracker: what each says, and what models learn of two looks."""
 
 from __future__ import annotations
 
@@ -9,10 +9,13 @@ import numpy as np
 import pytest
 
 from motes.core.config import Config, from_dict, from_toml, to_toml
+from motes.core.errors import ConfigError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
-from motes.cues.color import Color
+from motes.cues.base import Cue
+from motes.cues.color import Color, Posterior
+from motes.cues.correlation_filter import Correlation
 from motes.sot.discriminative.expert import Confined, Evidence, Expert, Experts, probability
 from motes.sot.discriminative.standing import APART
 from motes.sot.discriminative.tracker import Discriminative
@@ -152,3 +155,45 @@ def test_probabilities_of_log_odds() -> None:
     assert probability(0.0) == 0.5
     assert probability(math.log(3)) == pytest.approx(0.75)
     assert 0 < probability(-1e9) < 1e-12 < 1 - 1e-12 < probability(1e9) <= 1
+
+
+REGION = Ellipse(60, 50, 16, 20)
+BOX = REGION.box
+
+
+def look(seed: int, index: int = 0) -> Frame:
+    """Return a frame with a target whose texture is drawn anew for each seed."""
+    pixels = np.full((100, 120, 3), 90, np.uint8)
+    blocks = np.random.default_rng(seed).integers(0, 256, (5, 4, 3), np.uint8)
+    pixels[30:70, 44:76] = blocks.repeat(8, axis=0).repeat(8, axis=1)
+    return Frame(index, index / 25, pixels)
+
+
+@pytest.mark.parametrize("cue", [Color(), Correlation(), Posterior()])
+def test_a_model_of_two_looks_is_near_to_both(cue: Cue) -> None:
+    one, two, region = look(1), look(2), np.array([REGION])
+    model = cue.learn(one, REGION)
+    both = cue.learn_also(model, two, REGION)
+    alone = [float(cue.distances(model, frame, region)[0]) for frame in (one, two)]
+    found = [float(cue.distances(both, frame, region)[0]) for frame in (one, two)]
+    assert alone[0] < 0.1 or cue == Posterior()
+    assert found[1] < alone[1] - 0.1
+    # The first look counts more in a correlation filter, whose first frame is its anchor.
+    assert found[0] == pytest.approx(found[1], abs=0.3 if isinstance(cue, Correlation) else 0.05)
+
+
+@pytest.mark.parametrize("name", ["default", "nummiaro", "mean_shift"])
+def test_the_target_stays_where_it_is(name: str) -> None:
+    tracker = Tracker(name)
+    with pytest.raises(ConfigError, match="no target yet"):
+        tracker.learn_also(look(2), BOX)
+    before = tracker.init(look(1), BOX)
+    alone = Tracker(name)
+    alone.init(look(1), BOX)
+    tracker.learn_also(look(2), BOX)
+    assert tracker.info.track is before
+    after = tracker.update(look(2, 1))
+    assert after.ellipse[:2] == pytest.approx(REGION[:2], abs=2)
+    assert after.distance < alone.update(look(2, 1)).distance or name == "default"
+    with pytest.raises(ConfigError, match="outside the frame"):
+        tracker.learn_also(look(2), (900, 900, 9, 9))

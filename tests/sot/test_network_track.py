@@ -153,15 +153,6 @@ def test_particles_that_are_elsewhere_begin_again_where_the_network_is() -> None
     assert tracker._state.ellipse == tracker._state.network.place == track.ellipse
 
 
-def test_lost_particles_begin_again_where_a_network_agrees() -> None:
-    tracker, frames = begun()
-    lost = Standing(Status.LOST, missed=FRAMES)
-    tracker._state = replace(tracker._state, standing=lost)
-    track = tracker.update(frames[0])
-    assert tracker._state.standing == Standing()
-    assert tracker._state.ellipse == track.ellipse
-
-
 def test_a_corrected_target_is_where_the_network_looks_next() -> None:
     tracker, _ = begun()
     lost = replace(tracker._state.network, standing=Standing(Status.LOST))

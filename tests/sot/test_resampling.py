@@ -1,4 +1,4 @@
-"""Weights, the selection of particles, and how many there are."""
+"""From distances to weights, the selection of particles, and how many there are."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from motes import ConfigError, Tracker, preset, synthetic
+from motes import Tracker, preset, synthetic
 from motes.core.geometry import Ellipse
+from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian
 from motes.sot.filtering.resampling import RESAMPLINGS, KldSampling, Multinomial, Weights
 from motes.sot.particle_filter import ParticleFilter
 
@@ -66,14 +67,6 @@ def test_expected_copies_are_n_times_the_weight(name: str) -> None:
 def test_systematic_copies_are_within_one_of_the_expected(weights: list[float], seed: int) -> None:
     w = np.array(weights) / sum(weights)
     assert (np.abs(copies("systematic", w, w.size, seed) - w.size * w) < 1 + 1e-9).all()
-
-
-@scheme
-@pytest.mark.parametrize("number", [0.0, 0.5, math.nextafter(1, 0)])
-def test_a_particle_without_weight_is_never_chosen(name: str, number: float) -> None:
-    for weights in ([0, 0, 0.4, 0, 0.6, 0], [0, 1, 0], [0, 0.1, 0.2, 0.7, 0, 0], [0, 1e-300, 0]):
-        w = np.array(weights, float)
-        assert (w[draw(name, fixed(number), w, w.size)] > 0).all()
 
 
 @scheme
@@ -162,11 +155,6 @@ def test_bins_are_in_units_of_the_target() -> None:
     assert WIDE.count(sizes, FIRST) == WIDE.count(apart(4), FIRST)
 
 
-def test_a_range_upside_down() -> None:
-    with pytest.raises(ConfigError, match="min is 60, and max is 50; make min smaller"):
-        KldSampling(min=60, max=50)
-
-
 def numbers(config: ParticleFilter) -> list[int]:
     """Return how many particles each frame after the first had."""
     tracker = Tracker(config)
@@ -201,3 +189,49 @@ def test_the_first_frame_is_within_the_budget() -> None:
         tracker = Tracker(config(budget=KldSampling(min=least, max=most)))
         tracker.init(CLIP[0], REGION)
         assert len(tracker.info.weights) == first
+
+
+CUES = ["color", "edges"]
+distances = st.lists(st.lists(st.floats(0, 1), min_size=5, max_size=5), min_size=1, max_size=2).map(
+    np.array
+)
+
+
+@given(distances, st.floats(0.03, 2), st.floats(1e-6, 1) | st.just(0.0))
+def test_equation_23(d: Floats, sigma: float, epsilon: float) -> None:
+    """Without epsilon it is equation 22."""
+    found = Gaussian(sigma=sigma, epsilon=epsilon).log(CUES[: len(d)], d)
+    expected = np.log(np.exp(-(d**2) / (2 * sigma**2)) + epsilon)
+    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
+
+
+def test_no_distance_is_too_large_for_a_small_sigma() -> None:
+    """exp(-500000) is no number, its logarithm is; with epsilon, that is all that is left."""
+    d = np.array([[0.0, 1.0]])
+    assert Gaussian(sigma=1e-3).log(["color"], d)[0, 1] == pytest.approx(-500_000)
+    for likelihood in (
+        Gaussian(sigma=1e-3, epsilon=1e-300), BestParticle(floor=1e-3, epsilon=1e-300)
+    ):  # fmt: skip
+        assert likelihood.log(["color"], d)[0, 1] == pytest.approx(math.log(1e-300))
+
+
+@given(distances, st.floats(1e-6, 1))
+def test_equation_24(d: Floats, epsilon: float) -> None:
+    likelihood = BestParticle(epsilon=epsilon, floor=0.02)
+    found = likelihood.log(CUES[: len(d)], d)
+    for row, log in zip(d, found, strict=True):
+        # As it is printed, with log L = -1.
+        sigma = max(math.sqrt(2) / 2 * math.sqrt(-(row.min() ** 2) / -1), 0.02)
+        expected = Gaussian(sigma=sigma, epsilon=epsilon).log(["color"], row[None])[0]
+        np.testing.assert_allclose(log, expected, rtol=1e-9, atol=1e-12)
+        if row.min() > 0.03:
+            assert log.max() == pytest.approx(math.log(math.exp(-1) + epsilon))
+
+
+@given(distances, st.floats(0.1, 100))
+def test_the_weight_of_zhao_and_pei(d: Floats, rate: float) -> None:
+    """C exp(-lambda rho), rho being the distance: the nearest particle has the most."""
+    found = Exponential(rate=rate).log(CUES[: len(d)], d)
+    for row, log in zip(d, found, strict=True):
+        weights = np.exp(-rate * row)
+        np.testing.assert_allclose(Weights.from_log(log).values, weights / weights.sum())
