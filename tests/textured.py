@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import scipy
 from numpy.typing import NDArray
@@ -13,10 +15,12 @@ Color = tuple[int, int, int]
 HEIGHT, WIDTH = 240, 320
 
 
+@cache
 def textured() -> Bytes:
     """Return a picture, larger than the frames that show parts of it."""
-    noise = np.random.default_rng(5).standard_normal((3 * HEIGHT, 3 * WIDTH, 3))
-    smooth: NDArray[np.float64] = sum(
+    shape = 3 * HEIGHT, 3 * WIDTH, 3
+    noise = np.random.default_rng(5).standard_normal(shape).astype(np.float32)
+    smooth: NDArray[np.float32] = sum(
         scipy.ndimage.gaussian_filter(noise, (s, s, 0)) * s for s in (2, 6, 15)
     )
     return np.clip(128 + 110 * smooth, 0, 255).astype(np.uint8)

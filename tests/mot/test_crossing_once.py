@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
@@ -39,42 +39,37 @@ def events(
     return [each.direction or each.event for each in found if each.place]
 
 
-def noise(amplitude: float, seed: int, frames: int = 250) -> Floats:
+def noise(amplitude: float, seed: int, frames: int = 125) -> Floats:
     """Return places around the line, as far as an amplitude in heights."""
     return 500 + HIGH * amplitude * np.random.default_rng(seed).uniform(-1, 1, frames)
 
 
-def swings(amplitude: float, period: float, frames: int = 250) -> Floats:
+def swings(amplitude: float, period: float, frames: int = 125) -> Floats:
     """Return places that swing around the line, as far as an amplitude in heights."""
     return 500 + HIGH * amplitude * np.sin(2 * math.pi * np.arange(frames) / RATE / period)
 
 
-@settings(max_examples=60, deadline=None)
 @given(st.floats(0.01, 3), st.integers(0, 10**6), st.booleans())
 def test_noise_of_any_size_is_one_crossing_at_most(size: float, seed: int, came: bool) -> None:
     """Whether it walks up to the line, or is found on it."""
     assert len(events([*UP[: len(UP) * came], *noise(size, seed)])) <= 1
 
 
-@settings(max_examples=60, deadline=None)
 @given(st.floats(0.01, 3), st.floats(0.1, 1))
 def test_a_fast_swing_of_any_size_is_one_crossing_at_most(size: float, period: float) -> None:
     assert len(events([*UP, *swings(size, period)])) <= 1
 
 
-@settings(max_examples=30, deadline=None)
 @given(st.floats(0.01, 0.49), st.floats(0.1, 9))
 def test_a_slow_swing_of_less_than_half_a_height_is_one_crossing(size: float, many: float) -> None:
     assert len(events([*UP, *swings(size, many)])) <= 1
 
 
-@settings(max_examples=30, deadline=None)
 @given(st.floats(0.01, 0.3), st.integers(0, 10**6))
 def test_who_trembles_at_an_edge_enters_once(size: float, seed: int) -> None:
     assert events([*UP, *noise(size, seed)], ROOM) in ([], ["enters"])
 
 
-@settings(max_examples=30, deadline=None)
 @given(st.floats(0, 0.1), st.integers(0, 10**6), st.floats(1.2, 4))
 def test_who_goes_and_comes_back_counts_twice(size: float, seed: int, turn: float) -> None:
     """Turning round from 1.2 heights beyond on, after half a second there."""

@@ -58,20 +58,20 @@ LENS = (
 @pytest.mark.parametrize(
     "text",
     [
-        "camera_matrix:" + " " * 900_000,
-        "camera_matrix: !!opencv-matrix\n" * 30_000,
-        "image_width:\n" * 70_000,
-        "<camera_matrix " * 60_000,
-        "<image_width>" + "1\n" * 400_000,
+        "camera_matrix:" + " " * 450_000,
+        "camera_matrix: !!opencv-matrix\n" * 15_000,
+        "image_width:\n" * 35_000,
+        "<camera_matrix " * 30_000,
+        "<image_width>" + "1\n" * 200_000,
     ],
     ids=["blanks", "matrices", "widths", "attributes", "numbers"],
 )
 def test_the_time_for_a_file_grows_with_its_length(text: str) -> None:
-    """Not with the square of it: that was more than 40 s here."""
+    """Not with the square of it: that was more than 10 s here."""
     started = time.process_time()
     with pytest.raises(ConfigError):
         Lens.parse(text)
-    assert time.process_time() - started < 5
+    assert time.process_time() - started < 2.5
 
 
 def test_a_point_that_no_lens_sees_has_no_place() -> None:

@@ -89,7 +89,7 @@ def test_what_happens_later_is_not_said_of_the_first_frame(kind: str) -> None:
     """The first background is of the preview, most of which is after the change."""
     wide, detector = ground(0, WIDTH + 6), BackgroundDetector()
     before, after = wide[:, :WIDTH], ground(7) if kind == "light" else wide[:, 6:]
-    frames = list(film(lambda index: after if index >= 20 else before, 60))
+    frames = list(film(lambda index: after if index >= 20 else before, 45))
     detector.prepare(frames)
     for frame in frames:
         detector(frame)

@@ -83,10 +83,11 @@ def test_other_regions(region: Ellipse, bare: Floats, other: Floats) -> None:
     assert bare_note(frame(other), region) is None
 
 
-@pytest.mark.parametrize("name", ["demo", "turning", "still", "Street", "Pitch"])
-def test_targets_of_films_are_not_bare(name: str) -> None:
-    picture, truths = getattr(synthetic, name)()[0]
-    assert all(bare_note(picture, truth.ellipse) is None for truth in truths if truth.visible > 0.5)
+def test_targets_of_films_are_not_bare() -> None:
+    for film in (synthetic.demo((320, 240), frames=1), synthetic.Pitch()):
+        picture, truths = film[0]
+        seen = [truth.ellipse for truth in truths if truth.visible > 0.5]
+        assert [bare_note(picture, ellipse) for ellipse in seen] == [None] * len(seen)
 
 
 def test_library_warns(caplog: pytest.LogCaptureFixture) -> None:

@@ -61,7 +61,7 @@ def test_the_first_place_is_the_target() -> None:
     assert gathered.mean() > 0.5
 
 
-@pytest.mark.parametrize("quarters", range(4))
+@pytest.mark.parametrize("quarters", [1, 2])
 def test_one_of_the_places_is_turned_as_the_gradients_there_are(quarters: int) -> None:
     """A square that grows lighter to one side, in a frame that is turned by quarters."""
     y, x = np.mgrid[:120, :120].astype(float)

@@ -54,7 +54,7 @@ def copies(name: str, weights: Floats, n: int, seed: int) -> NDArray[np.intp]:
 @scheme
 def test_expected_copies_are_n_times_the_weight(name: str) -> None:
     weights = np.array([0.0, 0.31, 0.02, 0.17, 0.0, 0.5])
-    runs, n = 4000, 7
+    runs, n = 1000, 7
     rng = np.random.default_rng(5)
     total = np.zeros((runs, weights.size))
     for run in range(runs):
