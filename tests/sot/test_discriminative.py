@@ -203,9 +203,8 @@ def test_a_turned_target_is_seen_as_turned(degrees: float, side: int) -> None:
 
 def test_a_lost_target_is_followed_by_what_is_most_like_it() -> None:
     """It may only look different for a while, and must not be left behind."""
-    frames, boxes = film([(160.0, 100.0), (168.0, 100.0)], (30, 40), wall(240, 320))
-    config, rng = Discriminative(evidence=Evidence(prior=-30.0)), np.random.default_rng(0)
-    state, _ = config.init(rng, frames[0], Ellipse.from_box(boxes[0]))
+    config = Discriminative(evidence=Evidence(prior=-30.0))
+    frames, rng, state = begun(config, [(160.0, 100.0), (168.0, 100.0)])
     state = replace(state, standing=Standing(Status.SEARCHING, missed=5))
     after, info = config.step(rng, state, frames[1])
     assert (after.standing.status, after.standing.missed) == (Status.SEARCHING, 6)
@@ -234,10 +233,17 @@ def test_a_twin_near_by_is_not_taken_for_the_target() -> None:
     assert min(overlaps) > 0.5
 
 
+def begun(config: Discriminative, places: list[Place]) -> tuple[list[Frame], Any, Any]:
+    """Return a film of two frames, its random numbers, and the state after the first."""
+    frames, boxes = film(places, (30, 40), wall(240, 320))
+    rng = np.random.default_rng(0)
+    return frames, rng, config.init(rng, frames[0], Ellipse.from_box(boxes[0]))[0]
+
+
 def test_nothing_is_learned_while_a_rival_lives() -> None:
-    frames, boxes = film([(160.0, 100.0)] * 2, (30, 40), wall(240, 320))
-    config, rng = Discriminative(), np.random.default_rng(0)
-    state, _ = config.init(rng, frames[0], Ellipse.from_box(boxes[0]))
+    config = Discriminative()
+    frames, rng, state = begun(config, [(160.0, 100.0)] * 2)
+    still = frames[1].pixels.copy()
     twin = coat(40, 30)
     frames[1].pixels[80:120, 200:230] = twin
     rival = Rival(state.ellipse._replace(x=214.5, y=99.5), 0.0, alive=True)
@@ -246,16 +252,15 @@ def test_nothing_is_learned_while_a_rival_lives() -> None:
     assert after.rival.place[:2] == pytest.approx((214.5, 99.5), abs=2)
     assert after.correlation is state.correlation
     assert after.experts["confined"] is state.experts["confined"]
-    alone, _ = config.step(rng, state, film([(160.0, 100.0)] * 2, (30, 40), wall(240, 320))[0][1])
+    alone, _ = config.step(rng, state, Frame(1, FRAME_INTERVAL, still))
     assert not alone.rival.alive
     assert alone.experts["confined"] is not state.experts["confined"]
 
 
 def test_a_rival_with_more_evidence_becomes_the_target() -> None:
     """As when a place on the background is followed by mistake."""
-    frames, boxes = film([(160.0, 100.0)] * 2, (30, 40), wall(240, 320))
-    config, rng = Discriminative(), np.random.default_rng(0)
-    state, _ = config.init(rng, frames[0], Ellipse.from_box(boxes[0]))
+    config = Discriminative()
+    frames, rng, state = begun(config, [(160.0, 100.0)] * 2)
     wrong = replace(state, ellipse=state.ellipse._replace(x=110.0))
     after, info = config.step(rng, wrong, frames[1])
     assert after.ellipse[:2] == pytest.approx((160.0, 100.0), abs=2)

@@ -78,9 +78,10 @@ def test_a_part_neither_moves_nor_shrinks_an_object() -> None:
     assert after.occlude(None).extrapolate(FRAME).track.box.width == pytest.approx(11, abs=1)
 
 
-def test_occluded_objects_get_none() -> None:
+def test_occluded_objects_get_none_and_observe_nothing() -> None:
     objects, found = [occluded(1, FRAME, LEFT)], [Detection(LEFT)]
     assert associate(objects, found, FRAME, DT, config()) == (objects, found)
+    assert update(objects, picture(1), DT) == objects
 
 
 PLACE, FAR, NEAR = Box(40, 30, 20, 40), Box(140, 30, 20, 40), Box(64, 30, 20, 40)
@@ -116,8 +117,3 @@ def test_a_detected_object_stays_at_its_detection_and_others_follow_their_filter
         (after,) = update([each], frame, DT)
         assert (after.track.ellipse != each.track.ellipse) == moves
         assert after.track.frame == 1
-
-
-def test_occluded_objects_observe_nothing() -> None:
-    objects = [occluded(1, picture(0, (PLACE, RED)), PLACE)]
-    assert update(objects, picture(1), DT) == objects

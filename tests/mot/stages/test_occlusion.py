@@ -142,11 +142,6 @@ def test_a_detection_of_another_color_is_no_object_that_was_there() -> None:
         assert (not free) == found
 
 
-def test_visible_objects_get_none() -> None:
-    objects, found = [visible(1, BEFORE, PLACE)], [Detection(PLACE)]
-    assert reidentify(objects, found, picture(1), DT, config()) == (objects, found)
-
-
 LAST_SEEN = picture(100, (PLACE, RED))  # at 4 s
 
 
@@ -166,12 +161,8 @@ def last_frame(box: Box = PLACE, covered: bool = False) -> int:
 
 
 @pytest.mark.slow
-def test_an_object_is_kept_for_three_seconds() -> None:
+def test_an_object_is_kept_for_three_seconds_and_twice_as_long_behind_another() -> None:
     assert last_frame() == pytest.approx(3 / 0.04, abs=1)
-
-
-@pytest.mark.slow
-def test_behind_a_visible_object_it_is_kept_twice_as_long() -> None:
     assert last_frame(covered=True) == pytest.approx(6 / 0.04, abs=1)
 
 

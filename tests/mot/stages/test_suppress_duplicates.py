@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import pytest
+
 from motes.core.detection import Detection
 from motes.core.geometry import Box
 from motes.mot.scene_config import DetectionSelection
@@ -13,23 +15,22 @@ from scene_objects import picture
 EMPTY = picture(0)
 
 
-def test_the_detection_with_the_higher_score_stays() -> None:
-    low, high = Detection(Box(20, 20, 20, 40), 0.5), Detection(Box(21, 21, 20, 40), 0.9)
-    other = Detection(Box(100, 20, 20, 40), 0.1)
-    kept, surplus = suppress_duplicates([low, high, other], EMPTY, DetectionSelection())
-    assert (kept, surplus) == ([high, other], 0)
+WHOLE = Detection(Box(20, 20, 20, 40), 0.5)
 
 
-def test_of_equal_scores_the_larger_stays() -> None:
-    part, whole = Detection(Box(22, 22, 10, 20)), Detection(Box(20, 20, 20, 40))
-    kept, _ = suppress_duplicates([part, whole], EMPTY, DetectionSelection())
-    assert kept == [whole]
-
-
-def test_less_overlap_makes_no_duplicate() -> None:
-    for x, kept in ((29, 2), (27, 1)):  # 0.55 and 0.65 of each
-        two = [Detection(Box(20, 20, 20, 40)), Detection(Box(x, 20, 20, 40))]
-        assert len(suppress_duplicates(two, EMPTY, DetectionSelection())[0]) == kept
+@pytest.mark.parametrize(
+    ("other", "kept"),
+    [
+        (Detection(Box(21, 21, 20, 40), 0.9), [1]),  # the higher score stays
+        (Detection(Box(22, 22, 10, 20), 0.5), [0]),  # and of equal ones the larger
+        (Detection(Box(27, 20, 20, 40), 0.5), [0]),  # 0.65 of each is shared
+        (Detection(Box(29, 20, 20, 40), 0.5), [0, 1]),  # 0.55
+    ],
+)
+def test_of_two_that_overlap_one_stays(other: Detection, kept: list[int]) -> None:
+    two = [WHOLE, other]
+    found, surplus = suppress_duplicates(two, EMPTY, DetectionSelection())
+    assert (found, surplus) == ([two[i] for i in kept], 0)
 
 
 def test_what_can_be_no_object_does_not_count_for_the_limit() -> None:
