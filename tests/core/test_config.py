@@ -23,11 +23,10 @@ from motes.core.config import (
     Share,
     from_dict,
     from_toml,
-    merge,
     to_dict,
     to_toml,
 )
-from motes.core.config_keys import keys, meanings
+from motes.core.config_keys import meanings
 from motes.core.errors import ConfigError
 from motes.core.type_words import words
 from motes.cues.color import Color
@@ -160,21 +159,6 @@ def test_a_change_of_type_starts_from_its_own_defaults() -> None:
     assert changed(type="mean_shift") == MeanShift()
 
 
-def test_merging() -> None:
-    base = {"a": 1, "b": {"c": 2, "d": {"e": 3}}, "f": {"type": "x", "g": 1}}
-    assert merge(base, {}) == base
-    assert merge(base, {"a": 9, "b": {"d": {"h": 4}}}) == {
-        "a": 9,
-        "b": {"c": 2, "d": {"e": 3, "h": 4}},
-        "f": {"type": "x", "g": 1},
-    }
-    assert merge(base, {"f": {"type": "y"}})["f"] == {"type": "y"}
-    assert merge(base, {"f": {"type": "x", "h": 2}})["f"] == {"type": "x", "g": 1, "h": 2}
-    assert merge(base, {"b": 5})["b"] == 5
-    assert merge({"b": None}, {"b": {"c": 1}}) == {"b": {"c": 1}}
-    assert base == {"a": 1, "b": {"c": 2, "d": {"e": 3}}, "f": {"type": "x", "g": 1}}
-
-
 @pytest.mark.parametrize(
     ("text", "value"),
     [
@@ -227,15 +211,6 @@ class Large(Small, frozen=True, tag="large"):
     """The left side of a large one."""
 
 
-class Holder(Config, frozen=True):
-    """Holds one."""
-
-    item: Small | Large
-    maybe: Small | None = None
-    several: tuple[Small, ...] = ()
-    by_name: dict[str, Share] = {}  # noqa: RUF012  (msgspec copies it)
-
-
 def test_meanings_are_read_from_docstrings() -> None:
     assert meanings(Small) == {
         "size": "The size, in pixels.",
@@ -243,20 +218,6 @@ def test_meanings_are_read_from_docstrings() -> None:
         "right": "The sides.",
     }
     assert meanings(Large) == {**meanings(Small), "left": "The left side of a large one."}
-
-
-def test_keys_have_values_of_a_configuration_or_defaults() -> None:
-    item, maybe, several, by_name = keys(Holder, Holder(Large(size=5), by_name={"a": 0.5}))
-    assert [(choice.tag, choice.chosen) for choice in item.choices] == [
-        ("small", False),
-        ("large", True),
-    ]
-    assert [choice.keys[0].value for choice in item.choices] == ["3", "5"]
-    assert [(choice.tag, choice.chosen) for choice in maybe.choices] == [(None, False)]
-    assert several.choices[0].keys[0].path == "several.size"
-    (entry,) = by_name.choices[0].keys
-    assert (entry.path, entry.value, entry.type) == ("by_name.a", "0.5", "number, 0 to 1")
-    assert [key.required for key in keys(Holder)] == [True, False, False, False]
 
 
 @pytest.mark.parametrize(

@@ -346,22 +346,3 @@ def test_the_scale_changes_when_the_target_has(factor: float) -> None:
     # T belongs to the filters that will be used.
     plain = replaced(cue, scale=settled.scale / math.sqrt(now.a * now.b))
     assert settled.threshold == plain.learn(picture, now).threshold
-
-
-@pytest.mark.parametrize("scale", [0.05, 0.1])
-@pytest.mark.parametrize("zoom", [2.0, 3.0])
-@forms
-def test_a_histogram_does_not_depend_on_the_size(scale: float, zoom: float, form: Form) -> None:
-    """Section 3.2.2: with filters that grow with the target; with others it does."""
-    small = Ellipse(150, 150, 40, 25, 0.3)
-    large = small._replace(a=40 * zoom, b=25 * zoom)
-    picture = texture(large, 300, zoom)
-    cue = Orientation(scale=scale, sampling=EveryPixel(), form=form)
-    model = cue.learn(texture(small, 300), small)
-    selected = cue.update_reading(model, picture, large)
-    fixed = replaced(cue, scale_selection=False).update_reading(model, picture, large)
-    assert selected.scale == pytest.approx(zoom * model.scale)
-    assert fixed.scale == model.scale
-    near, far = (cue.distances(settled, picture, rows(large))[0] for settled in (selected, fixed))
-    assert near < 0.05
-    assert far > (2 if form == "rotated" else 1.1) * near

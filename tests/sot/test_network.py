@@ -92,17 +92,6 @@ def test_a_region_is_read_as_numpy_does(region: Any, form: str) -> None:
         assert np.abs(out[0] - wanted).max() < 1.01
 
 
-def test_a_region_is_that_of_opencv_to_the_bit() -> None:
-    cv2 = pytest.importorskip("cv2", reason="OpenCV is not installed")
-    rng = np.random.default_rng(2)
-    for side in (1, 2, 3, 31, 64, 127, 129, 200, 254, 255, 256, 300, 511, 760):
-        pixels = rng.integers(0, 256, (side, side, 3), np.uint8)
-        for size in (127, 255):
-            out = read(Frame(0, 0.0, pixels), Region(0, 0, side), size, np.zeros(3))
-            wanted = cv2.resize(pixels, (size, size)).transpose(2, 0, 1)
-            np.testing.assert_array_equal(out[0], wanted)
-
-
 def test_the_family_is_read_from_the_files_in_any_order(folder: Path) -> None:
     backbone, head = onnx_trackers.save_pair(folder)
     assert Network((backbone, head)).open() == Network((head, backbone)).open() == "siamese"

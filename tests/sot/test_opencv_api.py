@@ -1,16 +1,23 @@
-"""The methods of OpenCV's trackers."""
+"""The methods of OpenCV's trackers; and images are read where they lie in memory."""
 
 from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 import pytest
 
+from kinds import ALGORITHMS, CONFIGS, KINDS
 from motes import synthetic
 from motes.core.errors import ConfigError, SourceError
+from motes.core.frame import Frame, as_rgb
+from motes.core.geometry import Ellipse
+from motes.core.track import Track
+from motes.core.types import Bytes
 from motes.sot.opencv_api import OpenCVTracker
+from motes.sot.tracker import Tracker
 
 CLIP = synthetic.still((160, 120), target=(30, 40), frames=3)
 IMAGES = [frame.pixels[:, :, ::-1] for frame, _ in CLIP]
@@ -68,3 +75,87 @@ def test_found_and_confident_is_what_is_tracked() -> None:
     assert tracker.track.confidence > 0.5
     answers = [tracker.update(np.zeros_like(image))[0] for _ in range(6)]
     assert answers[-1] is False
+
+
+FRAMES, TRUTHS = zip(*synthetic.turning((120, 90), frames=4), strict=True)
+START = TRUTHS[0][0].ellipse
+PIXELS = [frame.pixels for frame in FRAMES]
+
+
+def bgr(pixels: Bytes) -> Bytes:
+    """Return a view of a BGR image."""
+    return pixels[:, :, ::-1].copy()[:, :, ::-1]
+
+
+def bgra(pixels: Bytes) -> Bytes:
+    """Return a view of a BGR image with alpha."""
+    return np.dstack([pixels[:, :, ::-1], pixels[:, :, :1]])[:, :, 2::-1]
+
+
+def part(pixels: Bytes) -> Bytes:
+    """Return a part of a larger image, which has other pixels around."""
+    return np.pad(pixels, ((3, 4), (5, 2), (0, 0)), constant_values=77)[3:-4, 5:-2]
+
+
+def sparse(pixels: Bytes) -> Bytes:
+    """Return every second pixel of every third row of a larger BGR image."""
+    large = np.repeat(np.repeat(pixels, 3, axis=0), 2, axis=1)
+    large[1::3], large[:, 1::2] = 5, 250
+    return bgr(large)[::3, ::2]
+
+
+def locked(pixels: Bytes) -> Bytes:
+    """Return an image that must not be written."""
+    copy = pixels.copy()
+    copy.flags.writeable = False
+    return copy
+
+
+VIEWS: tuple[Callable[[Bytes], Bytes], ...] = (bgr, bgra, part, sparse, locked)
+
+
+def follow(name: str, images: list[Bytes], region: Ellipse = START) -> list[Track]:
+    """Return the tracks of a tracker."""
+    tracker = Tracker(CONFIGS[name], seed=2)
+    tracks = []
+    for index, image in enumerate(images):
+        frame = Frame(index, index / 25, image)
+        tracks.append(tracker.update(frame) if index else tracker.init(frame, region))
+    return tracks
+
+
+@cache
+def expected(name: str) -> list[Track]:
+    return follow(name, PIXELS)
+
+
+def assert_same(found: list[Track], wanted: list[Track]) -> None:
+    for one, other in zip(found, wanted, strict=True):
+        np.testing.assert_array_equal([*one.ellipse], [*other.ellipse])
+        np.testing.assert_array_equal(one.covariance, other.covariance)
+        assert (one.status, one.confidence) == (other.status, other.confidence)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", KINDS)
+def test_views_give_the_same_tracks(name: str) -> None:
+    for view in VIEWS:
+        views = [view(pixels) for pixels in PIXELS]
+        for pixels, image in zip(PIXELS, views, strict=True):
+            assert as_rgb(image) is image
+            np.testing.assert_array_equal(image, pixels)
+        assert_same(follow(name, views), expected(name))
+
+
+@pytest.mark.parametrize("name", ALGORITHMS)
+def test_opencv_images_are_read_where_they_lie(name: str) -> None:
+    tracker = OpenCVTracker(name, seed=2)
+    box = tuple(round(value) for value in START.box)
+    plain = Tracker(name, seed=2)
+    image = PIXELS[0][:, :, ::-1].copy()
+    tracker.init(image, box)
+    assert_same([tracker.tracker.info.track], [plain.init(PIXELS[0], box)])
+    for pixels in PIXELS[1:]:
+        image[:] = pixels[:, :, ::-1]  # as a camera writes into the same memory again
+        tracker.update(image)
+        assert_same([tracker.tracker.info.track], [plain.update(pixels)])

@@ -27,9 +27,9 @@ from motes.sot.known_target import KnownTarget
 from motes.sot.mean_shift import MeanShift
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.places import Place
-from motes.sot.presets import TrackerConfig, preset
+from motes.sot.presets import TrackerConfig
 from motes.sot.tracker import Tracker
-from oracles import region, scene, sequence
+from oracles import region, scene
 
 every = pytest.mark.parametrize("name", CONFIGS)
 of_algorithms = pytest.mark.parametrize("name", ALGORITHMS)
@@ -454,15 +454,6 @@ def test_a_known_target_is_found_when_it_comes(
     assert covers(track, region(center))
 
 
-@pytest.mark.parametrize("name", [name for name in KINDS if name in SEARCHERS])
-def test_searching_looks_where_the_target_may_appear(name: str) -> None:
-    tracker = Tracker(CONFIGS[name], 2)
-    tracker.search(scene(0, None), known(name), [Place(box=(60, 40, 20, 10))])
-    centers = tracker.info.ellipses[:, :2]
-    assert ((centers >= [59.5, 39.5]) & (centers < [79.5, 49.5])).all()
-    np.testing.assert_array_equal(tracker.info.ellipses[:, 2], 10)
-
-
 def test_searches_that_are_refused() -> None:
     shift = Tracker("mean_shift")
     for tracker in (shift, Tracker("default")):
@@ -482,23 +473,6 @@ def test_searches_that_are_refused() -> None:
 
 
 # Real sequences
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "low"), [("Football1", 0.35), ("Crossing", 0.35), ("DragonBaby", 0.35)]
-)
-def test_real_sequences(data: Path, name: str, low: float) -> None:
-    """The area under the success curve, from one pass, is far above chance."""
-    frames, boxes = sequence(data / "sot" / name)
-    scores = []
-    for seed in (0, 1):
-        tracker = Tracker(preset("nummiaro:adaptive"), seed)
-        tracks = [tracker.init(frames[0], boxes[0])]
-        tracks += [tracker.update(picture) for picture in frames[1:]]
-        overlap = iou([track.box for track in tracks], boxes)
-        scores.append(np.mean([(overlap > t).mean() for t in np.linspace(0, 1, 21)]))
-    assert np.mean(scores) > low
 
 
 def test_any_callable_is_a_detector() -> None:

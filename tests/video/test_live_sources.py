@@ -1,12 +1,15 @@
-"""Live sources: a camera comes back, a recording ends, and frames that come too fast."""
+"""Live sources: a camera comes back, a recording ends, frames are late, a pipe is silent."""
 
 from __future__ import annotations
 
+import contextlib
 import io
+import os
 import queue
 import socket
+import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -23,7 +26,7 @@ from motes.core.frame import Frame
 from motes.video import decoder, newest, pace, reconnect
 from motes.video.newest import Newest
 from motes.video.pace import Pace
-from motes.video.sources import open_source
+from motes.video.sources import is_recorded, open_source
 from streams import camera, server
 from waiting import wait_until
 
@@ -234,3 +237,54 @@ def test_errors_come_after_the_frames(monkeypatch: pytest.MonkeyPatch) -> None:
         assert [next(each).index, next(each).index] == [0, 1]
         with pytest.raises(SourceError, match="broken"):
             next(each)
+
+
+@contextlib.contextmanager
+def sent(data: bytes, folder: Path) -> Iterator[tuple[str, Callable[[], None]]]:
+    """Give a FIFO into which data are written, and a function that closes it at the other end."""
+    path = folder / "pipe"
+    os.mkfifo(path)
+    closing = threading.Event()
+
+    def write() -> None:
+        with contextlib.suppress(BrokenPipeError), path.open("wb", buffering=0) as pipe:
+            pipe.write(data)
+            closing.wait()
+
+    thread = threading.Thread(target=write)
+    thread.start()
+    try:
+        yield str(path), closing.set
+    finally:
+        closing.set()
+        thread.join()
+
+
+@pytest.mark.parametrize("ending", ["ts", "mkv", "mp4"])
+def test_a_pipe_gives_the_pictures_of_the_file(tmp_path: Path, ending: str) -> None:
+    path = clip(tmp_path / f"film.{ending}", 30)
+    with open_source(path) as file:
+        expected = list(file)
+    with sent(path.read_bytes(), tmp_path) as (name, close):
+        close()
+        assert not is_recorded(name)
+        with open_source(name) as piped:
+            frames = list(piped)
+            assert piped.report.problems is None
+    assert [frame.time for frame in frames] == [frame.time for frame in expected]
+    for frame, other in zip(frames, expected, strict=True):
+        assert np.array_equal(frame.pixels, other.pixels)
+
+
+def test_an_interrupt_ends_the_opening_of_a_silent_pipe(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object) -> object:
+        time.sleep(0.1)
+        raise KeyboardInterrupt
+
+    with sent(b"G", tmp_path) as (name, _):
+        monkeypatch.setattr("concurrent.futures.Future.result", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            open_source(name)
+    assert not [each for each in threading.enumerate() if "ThreadPool" in each.name]
