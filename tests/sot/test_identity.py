@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from msgspec.structs import replace
+from PIL import Image
 
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, Ellipse, iou
@@ -39,12 +40,12 @@ def meeting(*, in_front: bool, alike: bool = False) -> tuple[list[Frame], list[B
     other = target if alike else person((160, 160, 255))
     frames, ours, others = [], [], []
     for index in range(FRAMES):
-        pixels, left = wall.copy(), 260 - 3 * index
+        picture, left = Image.fromarray(wall).copy(), 260 - 3 * index
         shown = [(target, STANDS, 80)] if not in_front or left > STANDS else []
         shown.insert(len(shown) if in_front else 0, (other, left, 82))
         for each, x, y in shown:
-            pixels[y : y + 40, max(x, 0) : x + 30] = each[:, max(-x, 0) :]
-        frames.append(Frame(index, index * FRAME_INTERVAL, pixels))
+            picture.paste(Image.fromarray(each), (x, y))
+        frames.append(Frame(index, index * FRAME_INTERVAL, np.array(picture)))
         ours.append(Box(STANDS, 80, 30, 40))
         others.append(Box(left, 82, 30, 40))
     return frames, ours, others
