@@ -46,7 +46,6 @@ cues = pytest.mark.parametrize("cue", CUES, ids=repr)
 all_cues = pytest.mark.parametrize(
     "cue", [*CUES, Orientation(), Orientation(form="fourier")], ids=repr
 )
-on_planes = pytest.mark.parametrize("cue", ON_PLANES, ids=lambda cue: type(cue).__name__)
 samplings = pytest.mark.parametrize("sampling", SAMPLINGS, ids=repr)
 WHERE = Ellipse(14, 15, 8, 6, 0.2)
 
@@ -121,24 +120,6 @@ def test_a_part_is_computed_as_in_the_whole(cue: Any, pixels: Any, ellipse: Elli
     assert plane.bins.shape == pixels.shape[:2]
     expected = each.observe(model, whole, ellipse)
     np.testing.assert_array_equal(each.observe(model, part, ellipse), expected)
-
-
-@on_planes
-def test_a_plane_is_computed_once_and_only_where_ellipses_are(cue: Any) -> None:
-    picture = frame(mosaic(0, 60, 80))
-    cue = read(cue, Lattice(points=512))
-    model = cue.learn(picture, Ellipse(40, 30, 20, 10))
-    [plane] = picture.cache.values()
-    assert (plane.column, plane.row, plane.bins.shape) == (20, 20, (21, 41))
-    cue.distances(model, picture, rows(Ellipse(35, 30, 8, 8)))
-    other = msgspec.structs.replace(cue, kernel="uniform", sampling=Checkerboard())
-    other.learn(picture, Ellipse(45, 30, 8, 8))
-    assert list(picture.cache.values()) == [plane]
-    cue.distances(model, picture, rows(Ellipse(60, 30, 8, 8)))
-    [moved] = picture.cache.values()
-    assert moved is not plane
-    msgspec.structs.replace(cue, bins=12).learn(picture, Ellipse(60, 30, 8, 8))
-    assert len(picture.cache) == 2
 
 
 GOOD = Ellipse(30.0, 20.0, 8.0, 6.0, 0.2)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from motes import kernels
 from motes.core.geometry import Ellipse
+from motes.core.types import Floats
 from motes.cues.gradients import DERIVATIVE, SMOOTH, Edges, Hog
 from motes.cues.sampling import Lattice, sunflower
 from motes.kernels.structures import PixelGrid, Reading
@@ -35,8 +36,6 @@ from oracles import (
     smooth_gradient,
     sobel,
 )
-
-Floats = NDArray[np.float64]
 
 forms = st.tuples(st.integers(1, 3), st.sampled_from([5, 8]), st.booleans())
 """Cells, bins and whether histograms are turned."""

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from motes import kernels
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
+from motes.core.types import Floats
 from motes.cues.sampling import PROFILES, EveryPixel, Lattice, Sampling, sunflower
 from motes.cues.structure_tensor import (
     HYSTERESIS,
@@ -37,7 +38,6 @@ from oracles import (
     wide_regions,
 )
 
-Floats = NDArray[np.float64]
 Form = Literal["rotated", "fourier"]
 
 FORMS: tuple[Form, ...] = ("rotated", "fourier")

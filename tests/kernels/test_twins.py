@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from motes import kernels
+from motes.core.types import Floats
 from motes.cues.fourier import irfft2, rfft, rfft2
 from motes.cues.search_window import CELL_SIZE, features, sectors
 from motes.kernels.structures import NoiseScales, PointCues
 from oracles import mosaic
 
-Floats = NDArray[np.float64]
 RNG = np.random.default_rng(0)
 
 

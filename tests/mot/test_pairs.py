@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from motes.core.types import Floats
 from motes.mot import assignment, overlaps, pairs
 from motes.mot.assignment import assign, assign_pairs
 from motes.mot.association import PART, near
 from motes.mot.boxes import intersection_over_first
 from motes.mot.overlaps import without_duplicates
 from motes.mot.pairs import candidates, meeting
-
-Floats = NDArray[np.float64]
 
 
 def boxes_like(kind: str, rng: np.random.Generator, n: int) -> Floats:

@@ -13,11 +13,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from numpy.typing import NDArray
 
 from motes.core.errors import ConfigError
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.geometry import Ellipse
+from motes.core.types import Floats
 from motes.cues.base import AdaptableCue
 from motes.cues.color import Color
 from motes.cues.structure_tensor import Orientation
@@ -32,8 +32,6 @@ from motes.sot.particle_filter import ParticleFilter
 from motes.sot.particle_state import FilterState
 from motes.sot.step_info import StepInfo
 from oracles import moments, region, scene
-
-Floats = NDArray[np.float64]
 
 FIRST = Ellipse(40, 30, 12, 6, 0.2)
 NAMES = ["color", "orientation", "edges", "shape"]

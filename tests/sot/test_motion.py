@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.geometry import Ellipse
+from motes.core.types import Floats
 from motes.sot.filtering.motion import (
     Autoregressive,
     ConstantVelocity,
@@ -22,8 +22,6 @@ from motes.sot.filtering.motion import (
     RandomWalk,
     SecondOrder,
 )
-
-Floats = NDArray[np.float64]
 
 # Without what is not linear: a common change of size is tested by itself.
 NOISE = Noise(position=0.3, size=0, size_return=0, aspect=0.05, angle=0.2)

@@ -98,20 +98,6 @@ def test_the_box_is_between_that_of_the_tracker_and_that_of_the_network(network:
     np.testing.assert_allclose(info.weights @ info.ellipses[:, :4], both.ellipse[:4], rtol=1e-3)
 
 
-def test_a_doubt_who_it_is_lowers_the_confidence_and_moves_no_box(network: Network) -> None:
-    frames = film(2)
-    sure, doubting = (Tracker(Discriminative(network=network)) for _ in range(2))
-    for tracker in (sure, doubting):
-        tracker.init(frames[0], BOX)
-    state = doubting._state
-    alike = np.tile(state.identity.first, (len(state.identity.neighbors), 1))
-    twins = replace(state.identity, lead=-0.3, neighbors=alike)
-    doubting._state = replace(state, identity=twins)
-    one, other = sure.update(frames[1]), doubting.update(frames[1])
-    assert one.ellipse == other.ellipse
-    assert other.confidence < 0.5 * one.confidence
-
-
 def test_a_tracker_with_a_network_goes_on_after_it_was_saved(
     network: Network, tmp_path: Path
 ) -> None:

@@ -11,12 +11,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from numpy.typing import NDArray
 
 from motes.core.config import from_dict
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import pack
+from motes.core.types import Floats
 from motes.cues.color import Color, ColorModel
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
 from motes.sot.filtering.likelihood import Exponential, Gaussian
@@ -34,8 +34,6 @@ from motes.sot.particle_filter import ParticleFilter
 from motes.sot.particle_state import FilterState
 from motes.sot.presets import ADAPTIVE, NUMMIARO, ZHAO_PEI
 from oracles import moments, region, scene
-
-Floats = NDArray[np.float64]
 
 
 class Measuring:

@@ -68,21 +68,6 @@ def test_the_model_with_the_least_error_is_followed(
     np.testing.assert_array_equal(sight.likeliest(history), sight.shifts[model])
 
 
-def test_the_first_errors_are_averaged_and_later_ones_run() -> None:
-    history = prediction.MotionHistory(*NOTHING, np.zeros(2), np.zeros(2), np.zeros(4))
-    place, means = Ellipse(50.0, 50.0, 10.0, 10.0), []
-    for distance in (20.0, 0.0, 4.0, *9 * [0.0], 20.0):  # what the first model misses, in pixels
-        shifts = np.zeros((4, 2))
-        sight = Prediction(*NOTHING, shifts, (NOTHING[0], NOTHING[0]))
-        history = sight.update(history, place, place._replace(x=place.x + distance))
-        means.append(history.errors[0])
-    # A side is 20 pixels.
-    np.testing.assert_allclose(means[:3], [1.0, 0.5, 1.2 / 3])
-    np.testing.assert_allclose(means[9], 1.2 / 10)
-    np.testing.assert_allclose(means[12], 0.9 * means[11] + 0.1 * 1.0)
-    assert history.seen == 13
-
-
 def test_a_target_is_expected_as_near_as_predictions_were_right() -> None:
     target = Ellipse(50.0, 60.0, 10.0, 10.0)
     sight = Prediction(*NOTHING, np.zeros((4, 2)), (NOTHING[0], NOTHING[0]))

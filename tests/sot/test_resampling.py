@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from motes import Tracker, preset, synthetic
 from motes.core.geometry import Ellipse
+from motes.core.types import Floats
 from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian
 from motes.sot.filtering.resampling import RESAMPLINGS, KldSampling, Multinomial, Weights
 from motes.sot.particle_filter import ParticleFilter
 
-Floats = NDArray[np.float64]
 NAMES = RESAMPLINGS.known()
 scheme = pytest.mark.parametrize("name", NAMES)
 

@@ -16,7 +16,6 @@ import pytest
 
 from disks import fill
 from kinds import ALGORITHMS, CONFIGS, FILTERS, KINDS, VARIANTS
-from motes import synthetic
 from motes.core.detection import Detection
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
@@ -388,23 +387,6 @@ def test_lost_searched_and_found_again(name: str) -> None:
         assert tracks[index].confidence < 0.5 or iou(tracks[index].box, where.box) > 0.3
     assert covers(tracks[-1], region((70 - 0.5 * 39, 50)))
     assert tracks[-1].confidence > 0.3
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["nummiaro", "nummiaro:adaptive"])
-def test_the_demo_is_followed_nearly_throughout(name: str) -> None:
-    """The target turns, grows, hides, jumps and leaves; what is seen surely is seen rightly."""
-    tracker, rows = Tracker(name), []
-    for picture, (truth,) in synthetic.demo((320, 240)):
-        if picture.index == 0:
-            track = tracker.init(picture, truth.ellipse)
-        else:
-            track = tracker.update(picture)
-        rows.append((iou(track.box, truth.ellipse.box), track.confidence, truth.visible))
-    overlap, confidence, visible = np.array(rows, float).T
-    assert (overlap[visible > 0.5] > 0.3).mean() > 0.75
-    assert (overlap[confidence > 0.5] > 0.3).mean() > 0.9
-    assert confidence[visible == 0].max() < 0.5
 
 
 # A known histogram

@@ -187,17 +187,6 @@ def test_what_is_hidden_has_an_occluder_or_is_lost(left: int, status: str, by: i
     assert staying == [front, hidden]
 
 
-def test_tracks_say_what_is_known_of_an_object() -> None:
-    objects = [visible(3, LAST_SEEN, PLACE), occluded(1, LAST_SEEN, PLACE, by=3)]
-    tracks, staying = report(objects, LAST_SEEN, 0.0, config())
-    assert staying == objects
-    assert [(t.identity, t.occluded_by, t.detected) for t in tracks] == [
-        (3, None, True),
-        (1, 3, False),
-    ]
-    assert [t.box for t in tracks] == [each.track.box for each in objects]
-
-
 @pytest.mark.parametrize(("best", "stays"), [(0.4, False), (0.5, True)])
 def test_an_object_that_was_never_sure_enough_is_gone(best: float, stays: bool) -> None:
     one = replace(visible(3, LAST_SEEN, PLACE), best=best)

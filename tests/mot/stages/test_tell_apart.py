@@ -12,7 +12,6 @@ from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status
-from motes.core.types import Floats
 from motes.mot.look import Look, costs, looks_at
 from motes.mot.scene import Scene
 from motes.mot.stages.tell_apart import tell_apart
@@ -66,20 +65,6 @@ def test_who_is_hidden_may_be_the_one_that_is_seen() -> None:
     two[0] = replace(two[0], known=None)
     assert after(two, RED, RED) == [2, 1]
     assert after(two, RED, BLUE) == [1, 2]
-
-
-def test_an_unknown_look_costs_as_much_as_one_between_one_person_and_two() -> None:
-    """At the mean distances of one person before and after an occlusion, and of two people."""
-
-    def away(distance: float) -> Floats:
-        """Return a histogram so far from the first one."""
-        share = (1 - distance**2) ** 2
-        return np.array([share, 1 - share])
-
-    known = Look(away(0), away(0))
-    seen = Look(away(0.49), away(0.31)), Look(away(0.81), away(0.36))
-    (one, unknown), (two, other) = costs(seen, [known, None])
-    assert unknown == other == pytest.approx((one + two) / 2, abs=0.5)
 
 
 @pytest.mark.parametrize("why", ["never met", "detection of somebody unknown", "at the border"])
