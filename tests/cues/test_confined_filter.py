@@ -65,15 +65,6 @@ def test_a_place_outside_of_the_window_has_no_response() -> None:
     assert not view.covers(far)
 
 
-def test_a_target_of_another_size_is_seen_in_a_window_of_that_size() -> None:
-    model, frame = first(), moved(0, 0)
-    double = Frame(0, 0.0, frame.pixels.repeat(2, axis=0).repeat(2, axis=1))
-    place = Ellipse(2 * TARGET.x + 0.5, 2 * TARGET.y + 0.5, 2 * TARGET.a, 2 * TARGET.b, 0.0)
-    view = FILTER.view(model, double, place)
-    assert view.peak()[:2] == pytest.approx(place[:2], abs=3)
-    assert view.near(place)[0] > 0.5
-
-
 def test_it_is_confined_to_the_target() -> None:
     """What lies around the target changes the response little."""
     model = first()

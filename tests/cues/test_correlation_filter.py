@@ -26,6 +26,7 @@ from motes.cues.search_window import (
     CELL_SIZE,
     LARGER,
     TURN,
+    WIDEST,
     features,
     grid,
     sectors,
@@ -233,3 +234,26 @@ def test_the_sector_of_a_gradient_is_that_of_its_angle() -> None:
     down, across = np.mgrid[-256:256, -256:256]
     numbers = np.round(np.arctan2(down, across) * 9 / np.pi) % 18
     np.testing.assert_array_equal(sectors(), numbers)
+
+
+def test_the_taper_is_no_wider_than_the_target_asks_for() -> None:
+    square, thin = grid(20, 20), grid(10, 60)
+    hann = np.outer(*(np.hanning(n + 2)[1:-1] for n in (square.rows, square.columns)))
+    np.testing.assert_allclose(square.taper, hann, atol=1e-6)
+    across = thin.taper[thin.rows // 2]
+    offsets = CELL_SIZE * np.abs(np.arange(thin.columns) - (thin.columns - 1) / 2)
+    assert ((across > 0) == (offsets < WIDEST / 2 * thin.width)).all()
+    assert (across == 0).any()
+    assert (thin.taper[:, thin.columns // 2] > 0).all()
+
+
+def test_a_lesson_off_the_center_is_one_at_the_center() -> None:
+    cue, shift = Correlation(), (6.0, -5.0)
+    model = cue.learn(textured(), TARGET)
+    step = model.grid.step(TARGET)
+    spectra = seen(model, textured(shift))
+    taught = cue.updated(model, spectra, 1.0, shift[0] / step[0], shift[1] / step[1])
+    plane, _ = Correlation(anchor=0).responses(taught, seen(model, textured()))
+    row, column = np.unravel_index(plane.argmax(), plane.shape)
+    assert abs(column - plane.shape[1] // 2) <= 1
+    assert abs(row - plane.shape[0] // 2) <= 1

@@ -67,19 +67,13 @@ def test_the_background_of_a_large_region_is_read_by_a_lattice(
     """Every pixel of thousands of regions would take half a minute on 12 megapixels."""
     pixels = np.random.default_rng(0).integers(60, 140, (400, 600, 3)).astype(np.uint8)
     pixels[100:300, 200:360] = (220, 40, 40)
-    readings, background = [], AppearanceRule.background
+    samplings, background = [], AppearanceRule.background
 
     def noted(rule: AppearanceRule, cue: Color, *rest: Any, **options: Any) -> Any:
-        found = background(rule, cue, *rest, **options)
-        whole = background(rule, MeanShift().color, *rest, **options)
-        readings.append((cue.sampling, found, whole))
-        return found
+        samplings.append(cue.sampling)
+        return background(rule, cue, *rest, **options)
 
     monkeypatch.setattr(AppearanceRule, "background", noted)
     for box in ((200, 100, 160, 200), (200, 100, 20, 20)):
         Tracker("mean_shift").init(Frame(0, 0.0, pixels), box)
-    (large, found, whole), (small, *_) = readings
-    assert large == Lattice(points=DENSE)
-    assert small == EveryPixel()
-    assert found.mean == pytest.approx(whole.mean, abs=0.01)
-    assert found.deviation == pytest.approx(whole.deviation, abs=0.01)
+    assert samplings == [Lattice(points=DENSE), EveryPixel()]

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from msgspec.structs import replace
 
 from histogram_series import lessons, series
 from motes.core.types import Floats
@@ -91,20 +90,6 @@ def test_steps_learn_what_the_strategy_says(strategy: Any) -> None:
             after: Any = tracker._state.models[name]
             np.testing.assert_array_equal(after.histogram, learned.histogram)
             models[name] = after
-
-
-def test_where_nothing_is_seen_the_model_stays() -> None:
-    """A flat picture has no gradients, whatever the rule says of its colors."""
-    config = replace(
-        small(adaptation=BOTH), presence=AppearanceRule(max_threshold=0.1, max_positions=500)
-    )
-    red = np.full((72, 96, 3), (200, 30, 40), np.uint8)
-    tracker = started(config)
-    before: Any = tracker._state
-    tracker.update(red)
-    after: Any = tracker._state
-    assert list(after.memories) == ["color"]
-    np.testing.assert_array_equal(after.models["hog"].histogram, before.models["hog"].histogram)
 
 
 # The Kalman filter

@@ -98,14 +98,3 @@ def test_another_color_speaks_against_a_place_by_the_weight_of_a_search_particle
         model = cue.updated(model, tinted, LAST, 0.05)
     assert cue.log_odds(model, tinted, LAST) == pytest.approx(0, abs=0.05)
     assert cue.log_odds(model, frame, LAST) == 0  # and is as likely as it was at first
-
-
-def test_searchers_stay_in_the_frame() -> None:
-    frame, cue = picture(60, 60), Redetection()
-    model = cue.learn(frame, LAST)
-    corner = LAST._replace(x=2.0, y=197.0)
-    given = np.tile(np.array(corner), (400, 1))
-    searchers, places = cue.step(np.random.default_rng(6), model, given, frame, corner, 50)
-    for x, y in [*searchers[:, :2].tolist(), *(place[:2] for place in places)]:
-        assert 0 <= x <= 299
-        assert 0 <= y <= 199

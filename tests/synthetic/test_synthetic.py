@@ -127,27 +127,6 @@ def test_every_clip_is_the_same_each_time_in_any_order(make: Callable[..., Clip]
         clip[12]
 
 
-def test_rolling_shows_the_other_side_in_the_end() -> None:
-    """And halfway both, the first one going out of sight over the upper rim."""
-    clip = synthetic.rolling(SMALL, frames=40)
-    (target,) = clip.targets
-    assert target.roll is not None
-    assert (target.roll[[0, 9, 30, 39]] == [0, 0, math.pi, math.pi]).all()
-    assert (np.diff(target.roll[10:30]) > 0).all()
-    steps = np.diff(target.states[:, 0])
-    assert steps == pytest.approx(steps[0])
-    upper, lower = replace(target, roll=None), replace(target, roll=None, colors=target.belly)
-    for index, first, second in ((0, upper, upper), (39, lower, lower), (20, upper, lower)):
-        pixels = clip[index][0].pixels.astype(int)
-        ellipse = Ellipse(*target.states[index].tolist())
-        y, x = np.mgrid[: SMALL[1], : SMALL[0]]
-        u, v = (x - ellipse.x) / ellipse.a, (y - ellipse.y) / ellipse.b
-        for half, like in ((v < -0.2, first), (v > 0.2, second)):
-            inside = half & (np.hypot(u, v) < 0.8)
-            blue = pixels[inside][:, 2].mean() > pixels[inside][:, 0].mean()
-            assert blue == (like is lower), index
-
-
 def test_what_cannot_be_rendered_is_refused() -> None:
     with pytest.raises(ConfigError, match="hides the target for 200 frames; choose a shorter"):
         synthetic.occluded(length=200)

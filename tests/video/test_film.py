@@ -123,25 +123,6 @@ def _pictures() -> int:
     return sum(isinstance(each, av.VideoFrame) for each in gc.get_objects())
 
 
-def test_the_nearest_place_is_gone_on_from(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """From the key picture before it each time, 30 frames of one group would take over 200."""
-    seeker = Seeker(Film(video(tmp_path / "film.mp4", "libx264", {"g": "250"}), quick=True))
-    packets = list[bool]()
-    decoded = Decoder._decoded
-
-    def counted(self: Decoder, packet: Any, report: Any) -> Any:
-        packets.append(True)
-        return decoded(self, packet, report)
-
-    monkeypatch.setattr(Decoder, "_decoded", counted)
-    for place in range(0, 30, 2):
-        seeker.pixels(place)
-    assert len(packets) <= 31
-    packets.clear()
-    seeker.pixels(3)
-    assert 0 < len(packets) < 20
-
-
 @pytest.fixture
 def film(tmp_path: Path) -> Film:
     return Film(video(tmp_path / "film.mp4", "libx264", {"g": "8"}))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -64,18 +63,6 @@ def test_what_comes_live_is_not_waited_for() -> None:
     asked = list[float]()
     for count, _ in enumerate(timed(coming(), 25, Report()), start=1):  # type: ignore[arg-type]
         assert len(asked) == count
-
-
-def test_an_error_comes_after_the_pictures_before_it() -> None:
-    def broken() -> object:
-        for stamp in EVEN[:5]:
-            yield stamp, lambda: picture(0)
-        raise SourceError("no more.")
-
-    found = timed(broken(), 25, Report(), ahead=AHEAD)  # type: ignore[arg-type]
-    assert len([*itertools.islice(found, 5)]) == 5
-    with pytest.raises(SourceError):
-        next(found)
 
 
 def test_lost_pictures_count_as_lost(tmp_path: Path) -> None:
