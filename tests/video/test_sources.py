@@ -299,15 +299,11 @@ def test_the_cover_of_a_record_is_no_video(tmp_path: Path) -> None:
     assert "holds no video" in error_of(path)
 
 
-@pytest.mark.parametrize("name", ["locked.mp4", "locked"])
-def test_what_may_not_be_read_is_refused(name: str) -> None:
+def test_what_may_not_be_read_is_refused() -> None:
     with tempfile.TemporaryDirectory() as folder:
         os.chmod(folder, 0o755)
-        path = Path(folder, name)
-        if name == "locked":
-            path.mkdir()
-        else:
-            path.write_bytes(b"x" * 100)
+        path = Path(folder, "locked.mp4")
+        path.write_bytes(b"x" * 100)
         path.chmod(0)
         root = os.geteuid() == 0
         if root:
@@ -317,7 +313,6 @@ def test_what_may_not_be_read_is_refused(name: str) -> None:
         finally:
             if root:
                 os.seteuid(0)
-            path.chmod(0o700)
 
 
 def test_nothing_is_said_on_the_terminal(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -360,32 +355,24 @@ def test_a_bad_image_among_good_ones_is_named(tmp_path: Path) -> None:
 
 
 def test_every_kind_of_image_becomes_rgb(tmp_path: Path) -> None:
-    pixels = picture(0, 9, 7)
-    rgb = Image.fromarray(pixels)
-    gray = np.arange(63, dtype=np.uint16).reshape(7, 9) * 1000
-    palette = rgb.quantize(200)
+    rgb = Image.fromarray(picture(0, 9, 7))
+    deep = np.arange(63, dtype=np.uint16).reshape(7, 9) * 1000
+    palette, gray = rgb.quantize(200), rgb.convert("L")
     palette.info["transparency"] = bytes([0] * 200)
-    for name, image in {
-        "rgba.png": rgb.convert("RGBA"),
-        "palette.png": palette,
-        "gray.png": rgb.convert("L"),
-        "gray16.tif": Image.fromarray(gray),
-        "cmyk.jpg": rgb.convert("CMYK"),
-    }.items():
+    for name, image, expected in (
+        ("rgba.png", rgb.convert("RGBA"), rgb),
+        ("palette.png", palette, palette.convert("RGBA").convert("RGB")),
+        ("gray.png", gray, gray.convert("RGB")),
+        ("gray16.tif", Image.fromarray(deep), Image.fromarray((deep >> 8).astype(np.uint8))),
+        ("cmyk.jpg", rgb.convert("CMYK"), None),
+    ):
         image.save(tmp_path / name)
         out = read_image(tmp_path / name)
-        assert out.shape == (7, 9, 3)
-        assert out.dtype == np.uint8
+        assert (out.shape, out.dtype) == ((7, 9, 3), np.uint8)
         assert out.flags.c_contiguous
         assert out.flags.writeable
-        if name == "rgba.png":
-            assert np.array_equal(out, pixels)
-        elif name == "palette.png":
-            assert np.array_equal(out, np.asarray(palette.convert("RGBA"))[:, :, :3])
-        elif name == "gray16.tif":
-            assert np.array_equal(out[:, :, 0], gray >> 8)
-        elif name == "gray.png":
-            assert np.array_equal(out[:, :, 1], np.asarray(image))
+        if expected is not None:
+            np.testing.assert_array_equal(out, expected.convert("RGB"), err_msg=name)
 
 
 @pytest.mark.parametrize("kind", ["deep.tif", "folder", "film.mkv"])
