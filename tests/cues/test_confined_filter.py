@@ -101,3 +101,12 @@ def test_the_kernel_solves_the_equations(penalty: float, inertia: float) -> None
         pull = penalty * copied[:, i, j] - multiplier[:, i, j] + inertia * before[:, i, j]
         expected = solved(spectra[:, i, j], label[i, j], pull, penalty + inertia, n * n)
         np.testing.assert_allclose(out[:, i, j], expected, rtol=2e-4, atol=2e-4)
+
+
+def test_a_window_serves_for_places_near_by_of_about_its_size_and_angle() -> None:
+    view = FILTER.view(first(), moved(0, 0), TARGET)
+    assert view.covers(TARGET._replace(x=TARGET.x + TARGET.side))
+    assert view.covers(TARGET._replace(a=1.05 * TARGET.a, b=1.05 * TARGET.b))
+    assert not view.covers(TARGET._replace(x=TARGET.x + 2 * TARGET.side))
+    assert not view.covers(TARGET._replace(a=1.2 * TARGET.a, b=1.2 * TARGET.b))
+    assert not view.covers(TARGET._replace(theta=0.25))
