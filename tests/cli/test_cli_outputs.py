@@ -36,6 +36,7 @@ def go(here: Path, capfd: pytest.CaptureFixture[str]) -> Tell:
     return telling(capfd)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", ["csv", "jsonl", "parquet"])
 def test_objects_without_a_class_have_the_label(go: Tell, ending: str) -> None:
     if ending == "parquet":
@@ -50,6 +51,7 @@ def pictures(path: Path | str) -> int:
         return len(list(source))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", COMMANDS)
 def test_an_overlay_beside_rows_that_fail(
     go: Tell, command: str, monkeypatch: pytest.MonkeyPatch
@@ -90,6 +92,7 @@ def test_ctrl_c_while_an_overlay_is_finished(
     assert not Path("o.mp4").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", COMMANDS)
 def test_a_disk_that_is_full_in_the_end(
     go: Tell, command: str, monkeypatch: pytest.MonkeyPatch

@@ -93,6 +93,7 @@ def test_figures_have_the_units_that_the_rows_remember(go: Tell) -> None:
     assert go("draw film.mkv rows.csv --scale 3 --figures f")[0] == 2
 
 
+@pytest.mark.slow
 def test_speeds_are_those_of_the_file_or_of_the_units(
     go: Tell, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -117,6 +118,7 @@ def test_speeds_are_those_of_the_file_or_of_the_units(
     assert not any(text.endswith("m/s") for text in said)
 
 
+@pytest.mark.slow
 def test_metres_are_added_to_rows_later_or_corrected(go: Tell) -> None:
     """They are those that the run would have had, and are remembered for what is corrected."""
     marks = "track film.mkv --at 0=20,20,20,20 --preset mean_shift"

@@ -140,6 +140,7 @@ def panned(index: int) -> tuple[Frame, Box]:
     return frame, Box(x + 120 - camera_x, y - 120, 20, 30)
 
 
+@pytest.mark.slow
 def test_what_moves_is_found_while_the_camera_pans() -> None:
     detector, still = PannedDetector(), BackgroundDetector()
     hits = 0

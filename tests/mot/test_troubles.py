@@ -84,6 +84,7 @@ def test_a_curve_is_read_off_what_is_not_covered() -> None:
     assert curves[:, 2].max() < 4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["light", "camera"])
 def test_what_happens_later_is_not_said_of_the_first_frame(kind: str) -> None:
     """The first background is of the preview, most of which is after the change."""
