@@ -292,3 +292,19 @@ def test_the_search_finds_what_looks_like_the_first_region(monkeypatch: pytest.M
         found = placing.search(config, np.random.default_rng(0), lost, frame, before)
         assert found.jumped is clear
         assert found.look.pose == (red if clear else HERE)
+
+
+def test_fewer_particles_where_the_place_is_clear() -> None:
+    frames, boxes = film([(160.0, 100.0)] * 2, (30, 40), wall(240, 320))
+    config, rng = Discriminative(), np.random.default_rng(0)
+    state, _ = config.init(rng, frames[0], Ellipse.from_box(boxes[0]))
+    empty = Frame(1, FRAME_INTERVAL, wall(240, 320))
+
+    def count(frame: Frame) -> int:
+        sights = config.experts.look(state.experts, frame, state.ellipse)
+        look = localize(config, rng, state, frame, state.ellipse, sights)
+        return len(look.centers)
+
+    clear, unclear = ([count(frame) for _ in range(9)] for frame in (frames[1], empty))
+    assert max(clear) == config.particles // 4
+    assert config.particles // 4 < np.mean(unclear) <= config.particles

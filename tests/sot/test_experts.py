@@ -17,7 +17,7 @@ from motes.cues.base import Cue
 from motes.cues.color import Color, Posterior
 from motes.cues.correlation_filter import Correlation
 from motes.sot.discriminative.expert import Confined, Evidence, Expert, Experts, probability
-from motes.sot.discriminative.standing import APART
+from motes.sot.discriminative.standing import APART, Standing
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.tracker import Tracker
 from motes.testing import check_expert
@@ -197,3 +197,14 @@ def test_the_target_stays_where_it_is(name: str) -> None:
     assert after.distance < alone.update(look(2, 1)).distance or name == "default"
     with pytest.raises(ConfigError, match="outside the frame"):
         tracker.learn_also(look(2), (900, 900, 9, 9))
+
+
+def test_another_expert_can_decide_between_two_places() -> None:
+    """What it proposes is followed as a rival, and is lost without evidence."""
+    far = (200.0, 40.0)
+    config = Discriminative(extra_experts={"sure": Sure(place=far)})
+    rng = np.random.default_rng(0)
+    state, _ = config.init(rng, picture(), PLACE)
+    after, info = config.step(rng, state, Frame(1, FRAME_INTERVAL, picture().pixels))
+    assert info.track.ellipse[:2] == pytest.approx(PLACE[:2], abs=1)
+    assert after.standing == Standing(confirmed=1)

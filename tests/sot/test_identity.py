@@ -137,3 +137,14 @@ def test_looks_tell_a_shirt_from_trousers() -> None:
     nobody = np.zeros_like(looks[0])
     found = distances(np.stack([*looks, turned, nobody]), looks[0])
     assert found == pytest.approx([0, 1, 0, 1], abs=0.05)
+
+
+def test_placed_by_the_user_it_is_the_target_again() -> None:
+    frames, ours, others = meeting(in_front=True)
+    tracker = Tracker()
+    tracker.init(frames[0], ours[0])
+    for frame in frames[1:APART]:
+        track = tracker.update(frame)
+    assert track.confidence < 0.5
+    assert tracker.correct(others[APART - 1]).confidence > 0.9
+    assert all(tracker.update(frame).confidence > 0.5 for frame in frames[APART:])

@@ -18,7 +18,7 @@ from motes.cues.color import Color
 from motes.cues.gradients import Hog
 from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.bin_updates import LEAST_NOISE, AnchoredKalman, GaussianBins, KalmanBins
-from motes.sot.filtering.model_update import ExponentialForgetting, PerCue
+from motes.sot.filtering.model_update import ExponentialForgetting, PerCue, UpdateResult
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import TrackerConfig
 from motes.sot.tracker import Tracker
@@ -221,3 +221,21 @@ def test_the_filter_around_the_first_frame_is_its_equations(
     for learned, model in zip(lessons(config, first, seen), expected, strict=True):
         np.testing.assert_allclose(learned.histogram, model, atol=1e-9)
         assert learned.histogram.sum() == pytest.approx(1)
+
+
+def gains(sizes: list[float]) -> list[float]:
+    """Return the shares of residuals of these sizes by which the model moves; 0 without any."""
+    strategy, pattern = KalmanBins(frames=4), np.random.default_rng(0).normal(size=8)
+    found, shares = UpdateResult(np.full(8, 1 / 8)), list[float]()
+    for size in sizes:
+        model, memory = found
+        found = strategy.learn(memory, model, model, model + size * pattern)
+        moved = float(np.linalg.norm(found.histogram - model))
+        shares.append(moved / (float(np.linalg.norm(pattern)) * (size or 1.0)))
+    return shares
+
+
+def test_a_model_that_fits_without_any_residual() -> None:
+    assert gains([0.0] * 8) == [0] * 8
+    # There is no noise: what comes then is all change.
+    assert gains([0.0] * 4 + [0.01] * 5)[-1] == pytest.approx(1)

@@ -234,3 +234,14 @@ def test_equation_17_over_any_time(frames: float) -> None:
     # s was 0.99 and is 1: a change of 1 - 1 - 0.8 (0.99 - 1), which is left to the share p.
     assert out[0, 2] - 1 == pytest.approx(0 * size + frames * change * 0.008)
     np.testing.assert_array_equal(out[0, 6:], states[0, 6:])
+
+
+def test_the_scale_multiplies_both_half_axes_and_the_angle_stays() -> None:
+    model = Autoregressive(size=0.2)
+    states = model.initial(np.tile(np.array(FIRST), (500, 1)))
+    out = model.ellipses(model.propagate(np.random.default_rng(0), states, FRAME_INTERVAL, FIRST))
+    np.testing.assert_allclose(out[:, 2] / out[:, 3], FIRST.a / FIRST.b)
+    np.testing.assert_array_equal(out[:, 4], FIRST.theta)
+    assert out[:, 2].std() > 5
+    states[:, 2] = 1.5
+    np.testing.assert_allclose(model.ellipses(states)[0], [500, 400, 90, 37.5, 0.1])

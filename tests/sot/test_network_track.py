@@ -13,7 +13,8 @@ from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, Ellipse, iou
 from motes.core.track import Status
-from motes.sot.discriminative.network_track import AGREES
+from motes.sot.discriminative.network_track import AGREES, NetworkTrack
+from motes.sot.discriminative.redetection import MIN_HALF_AXIS
 from motes.sot.discriminative.standing import FRAMES, Rival, Standing
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.network.network import Network, NetworkModel
@@ -179,3 +180,9 @@ def test_a_network_that_cannot_be_used_is_told_at_once(tmp_path: Path) -> None:
         Tracker("nummiaro", network=["a.onnx"])
     with pytest.raises(SourceError, match=r"a\.onnx"):
         Tracker(network=[str(tmp_path / "a.onnx")])
+
+
+def test_its_place_stays_in_the_frame() -> None:
+    frame = film(1)[0]
+    track = NetworkTrack.begin(REDS, frame, Ellipse(500.0, -20.0, 130.0, 1.0))
+    assert track.followed(REDS, frame).place == Ellipse(239.0, 0.0, 120.0, MIN_HALF_AXIS)
