@@ -26,7 +26,7 @@ from motes.sot.known_target import KnownTarget
 from motes.sot.mean_shift import MeanShift
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.places import Place
-from motes.sot.presets import TrackerConfig
+from motes.sot.presets import TrackerConfig, configure, preset
 from motes.sot.tracker import Tracker
 from oracles import region, scene
 
@@ -497,3 +497,12 @@ def test_a_full_disk_leaves_the_tracker_saved_before(
     with pytest.raises(FormatError, match="No space left"):
         tracker.save(tmp_path / "saved")
     assert (tmp_path / "saved").read_bytes() == before
+
+
+def test_a_background_image_sets_the_appearance_rule() -> None:
+    appearing: list[Any] = []
+    for background in (None, Frame(0, 0.0, np.zeros_like(FRAMES[0].pixels))):
+        tracker = Tracker(configure(preset("nummiaro"), {"presence": {"margin": 0}}), seed=3)
+        tracker.search(FRAMES[0], known("nummiaro"), background=background)
+        appearing.append(tracker.info.n_supporting)
+    assert appearing[1] > appearing[0]  # nothing is as unlike the target as black
