@@ -146,3 +146,26 @@ def test_frames_are_those_of_the_film_and_are_decoded_once(
     for frame in read:
         assert (frame.pixels == expected[frame.index - 5].pixels).all()
         assert frame.time == film.times[frame.index]
+
+
+def test_a_part_is_decoded_from_the_last_key_picture(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From the beginning, 30 pictures in parts of four would take 144."""
+    film = Film(video(tmp_path / "film.mp4", "libx264", {"g": "8", "bf": "0"}))
+    decoded = 0
+    numbered = Film._numbered
+
+    def counted(self: Film, pictures: Any, first: int | None) -> Any:
+        def each() -> Any:
+            nonlocal decoded
+            for picture in pictures:
+                decoded += 1
+                yield picture
+
+        return numbered(self, each(), first)
+
+    monkeypatch.setattr(Film, "_numbered", counted)
+    monkeypatch.setattr(film_module, "PART", 3 * 48 * 64 * 4)
+    assert len([*film.backward(29, 0)]) == 30
+    assert decoded < 70

@@ -500,3 +500,18 @@ def test_a_server_that_stops_sending_is_noticed(
             list(source)
         assert source.report.decoded > 20
     assert "secret" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("start", [-1, True, "1", 10**20]),
+        ("end", [0, 2.5]),
+        ("stride", [0, 0.5, 2**63]),
+    ],
+)
+def test_a_senseless_selection_is_refused(whole: Path, name: str, values: list[Any]) -> None:
+    for value in values:
+        with pytest.raises(ConfigError, match=name) as caught:
+            open_source(whole, **{name: value})
+        assert "\n" not in str(caught.value)
