@@ -63,12 +63,12 @@ def test_a_quick_film_is_the_same_film(tmp_path: Path, kind: str) -> None:
         for expected, frame in zip(frames, quick.forward(first, last), strict=True):
             assert (frame.index, frame.time) == (expected.index, expected.time)
             assert (frame.pixels == expected.pixels).all()
-    expected = [frame.pixels for frame in film.forward(0, last)]
+    pictures = [frame.pixels for frame in film.forward(0, last)]
     backward = [frame.pixels for frame in quick.backward(20, 5)]
-    assert all((expected[20 - i] == each).all() for i, each in enumerate(backward))
+    assert all((pictures[20 - i] == each).all() for i, each in enumerate(backward))
     seeker = Seeker(quick)
     for place in [0, 29, 29, *range(5, 15), *random.Random(0).choices(range(30), k=30)]:
-        assert (seeker.pixels(place) == expected[place]).all(), place
+        assert (seeker.pixels(place) == pictures[place]).all(), place
     seeker.close()
 
 

@@ -368,7 +368,8 @@ def test_every_kind_of_image_becomes_rgb(tmp_path: Path) -> None:
     ):
         image.save(tmp_path / name)
         out = read_image(tmp_path / name)
-        assert (out.shape, out.dtype) == ((7, 9, 3), np.uint8)
+        assert out.shape == (7, 9, 3)
+        assert out.dtype == np.uint8
         assert out.flags.c_contiguous
         assert out.flags.writeable
         if expected is not None:
