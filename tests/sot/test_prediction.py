@@ -145,3 +145,18 @@ def test_light_changes_by_a_factor_of_two_at_most_and_fades(scene: NDArray[np.ui
     usual, dim = seen(scene, 100, 100), seen(scene, 100, 100, 1, 0.3)
     assert after(usual, dim).level == pytest.approx(-math.log(2))
     assert Light(0.5).learned(0.04).level == 0.5 * 0.96
+
+
+def test_the_first_errors_are_averaged_and_later_ones_run() -> None:
+    history = prediction.MotionHistory(*NOTHING, np.zeros(2), np.zeros(2), np.zeros(4))
+    place, means = Ellipse(50.0, 50.0, 10.0, 10.0), []
+    for distance in (20.0, 0.0, 4.0, *9 * [0.0], 20.0):  # what the first model misses, in pixels
+        shifts = np.zeros((4, 2))
+        sight = Prediction(*NOTHING, shifts, (NOTHING[0], NOTHING[0]))
+        history = sight.update(history, place, place._replace(x=place.x + distance))
+        means.append(history.errors[0])
+    # A side is 20 pixels.
+    np.testing.assert_allclose(means[:3], [1.0, 0.5, 1.2 / 3])
+    np.testing.assert_allclose(means[9], 1.2 / 10)
+    np.testing.assert_allclose(means[12], 0.9 * means[11] + 0.1 * 1.0)
+    assert history.seen == 13

@@ -356,23 +356,17 @@ def covers(track: Track, truth: Ellipse) -> bool:
     return bool(off < 4 and iou(track.box, truth.box) > 0.3)
 
 
-def hidden_for_long(name: str, seed: int) -> list[Track]:
-    """Return tracks of a target that is away from frame 10 to 39, and back on another side."""
-    tracker = Tracker(CONFIGS[name], seed)
-    tracks = follow(tracker, FRAMES[:10])
-    tracks += [sound(tracker.update(scene(i, None)), tracker.config) for i in range(10, 40)]
-    for index in range(40, 80):
-        center = (70 - 0.5 * (index - 40), 50)
-        tracks.append(sound(tracker.update(scene(index, center)), tracker.config))
-    return tracks
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "name", [name for name in FILTERS if name in SEEING and name not in PRINTED]
 )
 def test_lost_searched_and_found_again(name: str) -> None:
-    tracks = hidden_for_long(name, seed=0)
+    """The target is away from frame 10 to 39, and back on another side."""
+    tracker = Tracker(CONFIGS[name])
+    tracks = follow(tracker, FRAMES[:10])
+    for index in range(10, 80):
+        center = (70 - 0.5 * (index - 40), 50) if index >= 40 else None
+        tracks.append(sound(tracker.update(scene(index, center)), tracker.config))
     statuses = [track.status for track in tracks]
     lost = statuses.index(Status.LOST)
     assert lost == 14  # the fifth frame without
