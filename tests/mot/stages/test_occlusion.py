@@ -142,6 +142,11 @@ def test_a_detection_of_another_color_is_no_object_that_was_there() -> None:
         assert (not free) == found
 
 
+def test_visible_objects_get_none() -> None:
+    objects, found = [visible(1, BEFORE, PLACE)], [Detection(PLACE)]
+    assert reidentify(objects, found, picture(1), DT, config()) == (objects, found)
+
+
 LAST_SEEN = picture(100, (PLACE, RED))  # at 4 s
 
 
