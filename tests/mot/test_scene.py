@@ -289,3 +289,13 @@ def test_how_sure_detections_are_is_judged_by_all_of_a_large_frame(
         0.0, scored, as_rows(()), 0.2, Initiation()
     )
     assert len(after.candidates) == 0.9 * count
+
+
+@pytest.mark.parametrize("ahead", [True, False])
+def test_images_are_watched_as_they_are_updated(ahead: bool) -> None:
+    images = [np.roll(GROUND, i, axis=1) for i in range(6)]
+    one, other = (Scene(lambda frame: [(30 + frame.index, 20, 20, 20)]) for _ in range(2))
+    watched = [told for image in images[:3] for told in one.update(image)]
+    watched += [told for _, tracks in one.watch(images[3:], ahead=ahead) for told in tracks]
+    updated = [told for image in images for told in other.update(image)]
+    assert [(t.frame, t.box) for t in watched] == [(t.frame, t.box) for t in updated]

@@ -16,9 +16,10 @@ from clips import spoil
 from coded import KINDS, video
 from motes.core.errors import SourceError
 from motes.video import film as film_module
+from motes.video import frame_sharing as shared_module
 from motes.video.decoder import Decoder, Stamped
 from motes.video.film import DamagedError, Film
-from motes.video.frame_sharing import shared
+from motes.video.frame_sharing import Shared, shared
 from motes.video.report import Report
 from motes.video.seeker import Seeker
 from motes.video.sources import open_source
@@ -169,3 +170,9 @@ def test_a_part_is_decoded_from_the_last_key_picture(
     monkeypatch.setattr(film_module, "PART", 3 * 48 * 64 * 4)
     assert len([*film.backward(29, 0)]) == 30
     assert decoded < 70
+
+
+def test_memory_is_bounded(film: Film, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(shared_module, "HELD", 3 * film.width * film.height * 10)
+    assert isinstance(shared(film, 5, 14), Shared)
+    assert shared(film, 5, 15) is film
