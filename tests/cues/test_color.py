@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from motes import kernels
 from motes.core.geometry import Ellipse
 from motes.cues.color import Color
-from motes.cues.sampling import EveryPixel, Lattice, sunflower
+from motes.cues.sampling import EveryPixel, Lattice, Profile, sunflower
 from motes.kernels.structures import ColorBins
 from oracles import (
     SHARES,
@@ -120,6 +120,20 @@ def test_lattice(pixels: Any, ellipse: Ellipse, space: Any, profile: Any, points
     np.testing.assert_allclose(found, expected, atol=1e-6)  # weights are single precision
 
 
+@pytest.mark.parametrize("profile", ["radial", "epanechnikov", "uniform", "gaussian"])
+def test_more_points_approach_every_pixel(profile: Profile) -> None:
+    smooth = np.indices((200, 200)).sum(axis=0)
+    pixels = np.stack([smooth // 2, 255 - smooth // 2, smooth // 3], axis=2).astype(np.uint8)
+    ellipse = np.array([[97.3, 104.1, 80, 52, 0.6]])
+    whole = Color(kernel=profile, sampling=EveryPixel()).histograms(frame(pixels), ellipse)
+    errors = []
+    for points in (32, 512, 8192):
+        cue = Color(kernel=profile, sampling=Lattice(points=points))
+        errors.append(np.abs(cue.histograms(frame(pixels), ellipse) - whole).sum())
+    assert errors[0] > 3 * errors[1] > 9 * errors[2]
+    assert errors[2] < 0.01
+
+
 # Mean shift
 
 
@@ -141,3 +155,17 @@ def test_the_mean_shift_vector(seed: int, ellipse: Ellipse) -> None:
         total, x, y = total + weight, x + weight * column, y + weight * row
     expected = (x / total, y / total) if total > 0 else (ellipse.x, ellipse.y)
     np.testing.assert_allclose(cue.shift(model, picture, ellipse), expected, atol=1e-7)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        (10, 10, 1e5, 1e5, 0), (10, 10, 1e9, 5, 0.3), (1e9, 3, 1e9, 4, 0), (5, 5, 1e18, 1e18, 0.2),
+        (-3e9, 3, 3e9 + 20, 4, 0), (5, 5, 1e200, 1, 0), (1e300, 5, 8, 8, 0), (9, np.inf, 8, 8, 0),
+    ],
+)  # fmt: skip
+def test_absurd_ellipses_read_nothing_that_is_not_there(values: tuple[float, ...]) -> None:
+    pixels = mosaic(4, 48, 64)
+    for cue in (Color(), Color(space="hsv", bins=HSV8, kernel="uniform")):
+        total = cue.histograms(frame(pixels), np.array([values], float)).sum()
+        assert total == 0 or total == pytest.approx(1)

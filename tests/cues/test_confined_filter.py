@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -58,6 +59,18 @@ def test_the_response_is_relative_to_the_first_frames() -> None:
     assert response == pytest.approx(1.0, abs=0.2)
 
 
+def test_the_target_is_found_in_both_looks_that_were_learned() -> None:
+    """Also where they have nothing in common but their place."""
+    pictures = [scene(1), scene(1)]
+    for seed, picture in enumerate(pictures, start=2):
+        picture[70:110, 104:136] = scene(seed, 40, 32)
+    one, two = (Frame(0, 0.0, picture) for picture in pictures)
+    both = FILTER.learn_also(FILTER.learn(one, TARGET), two, TARGET)
+    for frame in (one, two):
+        peak = FILTER.view(both, frame, TARGET).peak()
+        assert peak[:2] == pytest.approx(TARGET[:2], abs=1.5)
+
+
 def test_a_place_outside_of_the_window_has_no_response() -> None:
     view = FILTER.view(first(), moved(0, 0), TARGET)
     far = TARGET._replace(x=TARGET.x + 3 * REACH * TARGET.side)
@@ -75,6 +88,19 @@ def test_it_is_confined_to_the_target() -> None:
     response, _ = FILTER.view(model, Frame(0, 0.0, background), TARGET).near(TARGET)
     same, _ = FILTER.view(model, moved(0, 0), TARGET).near(TARGET)
     assert response > 0.5 * same
+
+
+def test_learning_from_a_window_beside_the_target_equals_learning_at_it() -> None:
+    model, frame = first(), moved(6, -4)
+    target = TARGET._replace(x=TARGET.x + 6, y=TARGET.y - 4)
+    beside, at = (
+        FILTER.updated(model, frame, FILTER.view(model, frame, place), target)
+        for place in (TARGET, target)
+    )
+    for learned in (beside, at):
+        response, peak = FILTER.view(learned, frame, target).near(target)
+        assert peak[:2] == pytest.approx(target[:2], abs=1.5)
+        assert response > 0.5
 
 
 Complexes = NDArray[np.complexfloating[Any, Any]]
@@ -110,3 +136,13 @@ def test_a_window_serves_for_places_near_by_of_about_its_size_and_angle() -> Non
     assert not view.covers(TARGET._replace(x=TARGET.x + 2 * TARGET.side))
     assert not view.covers(TARGET._replace(a=1.2 * TARGET.a, b=1.2 * TARGET.b))
     assert not view.covers(TARGET._replace(theta=0.25))
+
+
+def test_places_and_offsets_in_a_turned_window() -> None:
+    turned = TARGET._replace(theta=0.5)
+    view = FILTER.view(first(), moved(0, 0), turned)
+    across, down = 3.0, -2.0
+    step = view.pixels * 4
+    x = turned.x + step * (math.cos(0.5) * across - math.sin(0.5) * down)
+    y = turned.y + step * (math.sin(0.5) * across + math.cos(0.5) * down)
+    assert view.offset(turned._replace(x=x, y=y)) == pytest.approx((across, down))

@@ -24,7 +24,10 @@ from motes.cues.correlation_filter import (
 from motes.cues.fourier import vertex
 from motes.cues.search_window import (
     CELL_SIZE,
+    FINEST,
     LARGER,
+    LEAST_MARGIN,
+    SAMPLES,
     TURN,
     WIDEST,
     features,
@@ -121,6 +124,17 @@ def test_windows_see_every_ellipse_near_their_middle() -> None:
         assert (np.abs(turned) <= TURN / 2 + 1e-9).all()
         assert abs(window.theta - place.theta) <= np.pi / 2 + TURN / 2
     assert (seen == 1).all()
+
+
+@pytest.mark.parametrize("half", [(1, 1), (4, 4), (30, 50), (960, 540), (300, 3)])
+def test_a_window_costs_the_same_whatever_the_target(half: tuple[float, float]) -> None:
+    cells = grid(*half)
+    assert cells.rows * cells.columns * CELL_SIZE**2 < 2 * SAMPLES**2
+    assert cells.width <= 2 * half[0] * FINEST * 6  # at least six cells a side
+    around = max(sum(half), 2 * LEAST_MARGIN)
+    wide, high = 2 * half[0] + around, 2 * half[1] + around
+    assert cells.width / (cells.columns * CELL_SIZE) == pytest.approx(2 * half[0] / wide)
+    assert cells.height / (cells.rows * CELL_SIZE) == pytest.approx(2 * half[1] / high)
 
 
 @pytest.mark.parametrize("turn", range(18))
@@ -257,3 +271,20 @@ def test_a_lesson_off_the_center_is_one_at_the_center() -> None:
     row, column = np.unravel_index(plane.argmax(), plane.shape)
     assert abs(column - plane.shape[1] // 2) <= 1
     assert abs(row - plane.shape[0] // 2) <= 1
+
+
+def test_the_best_response_near_a_place_is_none_outside_of_the_window() -> None:
+    first = np.zeros((10, 12), np.float32)
+    first[5, 8] = 0.7
+    assert peak_near(first, 1.4 * CELL_SIZE, 0.0) == pytest.approx(0.7)
+    assert peak_near(first, 0.4 * CELL_SIZE, 0.0) == 0
+    assert peak_near(first, 2.0 * CELL_SIZE, 1.6 * CELL_SIZE) == 0
+    assert peak_near(first, 90.0 * CELL_SIZE, -90.0 * CELL_SIZE) == 0
+
+
+def test_a_window_of_many_pixels_a_sample_holds_their_means() -> None:
+    pixels = mosaic(2, 60, 80)
+    out = np.empty((3, 10, 12), np.float32)
+    kernels.search_window.cut(pixels, (10.5, 8.5), (2.0, 0.0), (0.0, 2.0), out)
+    blocks = pixels[8:28, 10:34].reshape(10, 2, 12, 2, 3).mean(axis=(1, 3))
+    np.testing.assert_allclose(out, np.moveaxis(blocks, 2, 0), rtol=1e-6)

@@ -25,6 +25,7 @@ from motes.cues import (
     ScaleFilter,
 )
 from motes.cues.sampling import Checkerboard, Lattice, Sampling
+from motes.cues.search_window import features
 from motes.filtering import Confined
 from oracles import bhattacharyya, frame, mosaic, pictures, regions, rows
 
@@ -197,3 +198,18 @@ def test_a_window_at_any_place_has_the_picture_s_pixels(wild: float) -> None:
                 target = Ellipse(*ellipse)._replace(theta=theta)
                 kernels.search_window.cut_around(PICTURE.pixels, target, step, out)
                 assert ((out >= 0) & (out <= 255)).all()
+
+
+def test_samples_of_any_value_have_a_color_and_a_sector() -> None:
+    values = np.array([np.nan, np.inf, -np.inf, 1e30, -5, 300, 7, 255], np.float32)
+    samples = np.random.default_rng(0).choice(values, (3, 24, 24))
+    inside, outside = np.zeros((2, 32768), np.float32)
+    box = (4.0, 4.0, 20.0, 20.0)
+    kernels.color_posterior.add_colors(samples, box, box, 1.0, inside, outside)
+    assert inside.sum() == pytest.approx(1)
+    sums = np.empty((25, 25))
+    kernels.color_posterior.color_integral(samples, inside, outside, sums)
+    boxes, means = np.array([[np.nan, 1, 2, 3], [1, -np.inf, np.inf, np.nan]]), np.empty(2)
+    kernels.bilinear.box_means(sums, boxes, means)
+    assert ((means >= 0) & (means <= 1)).all()
+    assert features(samples).shape == (30, 6, 6)

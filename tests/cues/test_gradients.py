@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 import numpy as np
+import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from motes import kernels
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes.cues.gradients import DERIVATIVE, SMOOTH, Edges, Hog
-from motes.cues.sampling import Lattice, sunflower
+from motes.cues.sampling import EveryPixel, Lattice, sunflower
 from motes.kernels.structures import PixelGrid, Reading
 from oracles import (
     MIDDLE,
@@ -229,3 +230,30 @@ def test_the_operator_at_points_finds_what_it_finds_everywhere(
     kernels.sobel.histograms(plane, 0, 0, ellipses, Reading(lattice, PixelGrid(1, 1), 0), expected)
     kernels.sobel.histograms_at(pixels, ellipses, lattice, 0, 100.0, found)
     np.testing.assert_array_equal(found, expected)
+
+
+@pytest.mark.parametrize("cells", [1, 3])
+def test_quarter_turns(cells: int) -> None:
+    """A target turned with its ellipse keeps its histogram, if that is turned too."""
+    pixels = mosaic(5, 31, 31)
+    where, left = Ellipse(13, 17, 9.2, 4.3, 0.3), Ellipse(17, 30 - 13, 9.2, 4.3, 0.3 - math.pi / 2)
+    quarter = np.rot90(pixels).copy()
+    for turned in (True, False):
+        cue = Hog(cells=cells, rotation_normalized=turned, sampling=EveryPixel())
+        model = cue.learn(frame(pixels), where)
+        distance = cue.distances(model, frame(quarter), rows(left))[0]
+        assert bool(distance < 1e-3) is turned
+
+
+def test_bands_of_rows_leave_no_trace() -> None:
+    pixels = mosaic(3, 3 * kernels.hog.BAND + 5, 20)
+    strength, bins = np.empty(pixels.shape[:2], np.float32), np.empty(pixels.shape[:2], np.uint8)
+    kernels.hog.gradients(pixels, 0, 0, SMOOTH, DERIVATIVE, strength, bins, 8)
+    for row in (0, kernels.hog.BAND - 1, kernels.hog.BAND, 2 * kernels.hog.BAND, len(pixels) - 1):
+        for column in (0, 7, 19):
+            gx, gy = smooth_gradient(pixels, row, column)
+            assert strength[row, column] == pytest.approx(math.hypot(gx, gy))
+            angle = (bins[row, column] / 8 - 0.5) * 2 * math.pi
+            assert strength[row, column] == 0 or (
+                math.cos(angle - math.atan2(gy, gx)) > math.cos(math.pi / 8) - 1e-6
+            )

@@ -29,9 +29,11 @@ from oracles import (
     between_pixels,
     edges,
     frame,
+    lattice_places,
     mosaic,
     on_a_border,
     orientation_histogram,
+    radii,
     rows,
     structure_tensor,
     triangle,
@@ -163,6 +165,20 @@ def test_structure_tensor(pixels: Pixels, scale: float, window: float, count: in
     check_plane(computed(pixels, filters, count), tensors(pixels, filters), count)
 
 
+@given(pictures, scales, st.data())
+def test_a_part_of_a_plane_is_computed_as_in_the_whole(
+    pixels: Pixels, scale: float, data: st.DataObject
+) -> None:
+    """Bit for bit: what is kept of a frame must not depend on who asked first."""
+    filters = filters_of(scale, 1.0)
+    height, width = blocks(pixels, filters.step)
+    left, top = data.draw(st.integers(0, width - 1)), data.draw(st.integers(0, height - 1))
+    right, bottom = data.draw(st.integers(left + 1, width)), data.draw(st.integers(top + 1, height))
+    part = computed(pixels, filters, part=(left, top, right, bottom))
+    for found, whole in zip(part, computed(pixels, filters), strict=True):
+        np.testing.assert_array_equal(found, whole[top:bottom, left:right])
+
+
 def turn(y: Any, x: Any) -> Floats:
     """Return the kernel's angle of (x, y) in radians, from -pi."""
     y, x = np.atleast_1d(y).astype(np.float32), np.atleast_1d(x).astype(np.float32)
@@ -242,16 +258,18 @@ def test_histograms(
     assert histograms.sum() == pytest.approx(1) or not histograms.any()
 
 
+def on_blocks(ellipse: Ellipse, s: int) -> Ellipse:
+    """Return an ellipse where it is in a plane of blocks of s pixels."""
+    # Block i covers the pixels i s … i s + s - 1, that is, from i s - 1/2 to (i + 1) s - 1/2.
+    x, y = (ellipse.x + 0.5) / s - 0.5, (ellipse.y + 0.5) / s - 0.5
+    return Ellipse(x, y, ellipse.a / s, ellipse.b / s, ellipse.theta)
+
+
 def drawn(cue: Orientation, picture: Frame, ellipse: Ellipse, threshold: float) -> Floats:
     """Return the histogram of an ellipse by brute force over the plane of the first region."""
     filters = filters_of(max(0.7, cue.scale * math.sqrt(ellipse.a * ellipse.b)), cue.window)
     certainty, bins = computed(picture.pixels, filters, cue.bins)
-    step = filters.step
-    # Block i covers the pixels i s … i s + s - 1, that is, from i s - 1/2 to (i + 1) s - 1/2.
-    there = Ellipse(
-        (ellipse.x + 0.5) / step - 0.5, (ellipse.y + 0.5) / step - 0.5,
-        ellipse.a / step, ellipse.b / step, ellipse.theta,
-    )  # fmt: skip
+    there = on_blocks(ellipse, filters.step)
     assume(not rounding_decides(certainty.shape, there, cue.sampling.lattice))
     raw = orientation_histogram(
         certainty.astype(float), bins, there, cue.sampling.lattice, cue.kernel, threshold, cue.bins
@@ -298,6 +316,23 @@ def test_models(seed: int, ellipse: Ellipse, scale: float, cue: Orientation) -> 
 # Nothing to see
 
 
+@forms
+@pytest.mark.parametrize("gray", [0, 255])
+@pytest.mark.parametrize("kept", [0.0, 0.5, 1.0])
+def test_without_edges_there_is_nothing(form: Form, gray: int, kept: float) -> None:
+    empty, full = frame(np.full((40, 50, 3), gray, np.uint8)), frame(mosaic(1, 40, 50))
+    where = Ellipse(20, 20, 10, 7, 0.3)
+    for sampling in SAMPLINGS:
+        cue = Orientation(form=form, sampling=sampling, kept_fraction=kept)
+        nothing = cue.learn(empty, where)
+        assert not nothing.histogram.any()
+        np.testing.assert_array_equal(cue.distances(nothing, full, rows(where)), 1)
+        for model in (nothing, replaced(cue, kept_fraction=0.5).learn(full, where)):
+            np.testing.assert_array_equal(cue.distances(model, empty, rows(where, where)), 1)
+            assert not cue.observe(model, empty, where).any()
+            assert np.isfinite(cue.update_reading(model, empty, where).threshold)
+
+
 @given(
     st.builds(mosaic, st.integers(0, 9), st.integers(1, 12), st.integers(1, 12)),
     st.sampled_from(FORMS),
@@ -327,6 +362,49 @@ def test_nothing_is_ever_nan(
 TARGET = Ellipse(60, 58, 40, 25, 0.0)
 
 
+def test_a_spectrum_does_not_depend_on_the_angle() -> None:
+    """Of the picture or of the ellipse: a circle's is all the same."""
+    circle = Ellipse(60, 58, 30, 30)
+    cue = Orientation(form="fourier", sampling=EveryPixel())
+    model = cue.learn(texture(TARGET), circle)
+    for degrees in range(0, 180, 15):
+        theta = math.radians(degrees)
+        turned = texture(TARGET._replace(theta=theta))
+        places = rows(circle, circle._replace(theta=theta), circle._replace(theta=1.0))
+        found = cue.distances(model, turned, places)
+        assert found.max() < 0.08
+        np.testing.assert_allclose(found, found[0], atol=1e-6)
+    other = cue.distances(model, frame(mosaic(1, 121, 121)), rows(circle))
+    assert other[0] > 0.2
+
+
+@given(
+    st.integers(0, 30), st.floats(0, 1), st.sampled_from(SAMPLINGS), st.sampled_from([0.05, 0.2])
+)
+def test_a_share_of_the_pixels_is_kept(
+    seed: int, kept: float, sampling: Sampling, scale: float
+) -> None:
+    cue = Orientation(kept_fraction=kept, sampling=sampling, scale=scale, kernel="uniform")
+    rng = np.random.default_rng(seed)
+    picture = frame(rng.integers(0, 256, (60, 70, 3), np.uint8))
+    where = Ellipse(30 + seed / 3, 29, 20, 12, 0.4)
+    threshold = cue.learn(picture, where).threshold
+    filters = filters_of(cue._scale(where), cue.window)
+    certainty = computed(picture.pixels, filters).certainty
+    there = on_blocks(where, filters.step)
+    lattice = sampling.lattice
+    assume(not rounding_decides(certainty.shape, there, lattice))
+    if lattice.size:
+        columns, lines = np.floor(lattice_places(there, lattice)[0] + 0.5).astype(int).T
+        values = certainty[lines, columns]
+    else:
+        values = certainty[radii(certainty.shape, there)[1] < 1]
+    # No two pixels are equally certain here; a lattice may read one of them twice.
+    same = max(np.unique(values, return_counts=True)[1])
+    above = np.count_nonzero(values > threshold)
+    assert abs(above - kept * len(values)) <= max(1, same)
+
+
 # The scale
 
 
@@ -346,3 +424,22 @@ def test_the_scale_changes_when_the_target_has(factor: float) -> None:
     # T belongs to the filters that will be used.
     plain = replaced(cue, scale=settled.scale / math.sqrt(now.a * now.b))
     assert settled.threshold == plain.learn(picture, now).threshold
+
+
+@pytest.mark.parametrize("scale", [0.05, 0.1])
+@pytest.mark.parametrize("zoom", [2.0, 3.0])
+@forms
+def test_a_histogram_does_not_depend_on_the_size(scale: float, zoom: float, form: Form) -> None:
+    """Section 3.2.2: with filters that grow with the target; with others it does."""
+    small = Ellipse(150, 150, 40, 25, 0.3)
+    large = small._replace(a=40 * zoom, b=25 * zoom)
+    picture = texture(large, 300, zoom)
+    cue = Orientation(scale=scale, sampling=EveryPixel(), form=form)
+    model = cue.learn(texture(small, 300), small)
+    selected = cue.update_reading(model, picture, large)
+    fixed = replaced(cue, scale_selection=False).update_reading(model, picture, large)
+    assert selected.scale == pytest.approx(zoom * model.scale)
+    assert fixed.scale == model.scale
+    near, far = (cue.distances(settled, picture, rows(large))[0] for settled in (selected, fixed))
+    assert near < 0.05
+    assert far > (2 if form == "rotated" else 1.1) * near

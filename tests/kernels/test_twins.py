@@ -256,6 +256,12 @@ def test_planes_have_the_same_transforms() -> None:
             np.testing.assert_array_equal(back, fft.irfft2(spectra, shape[-2:]), err_msg=str(shape))
 
 
+def test_frequencies_that_are_left_out_are_none() -> None:
+    few = rfft2(RNG.normal(size=(2, 24, 6)).astype(np.float32))
+    for columns in (8, 9, 40):
+        np.testing.assert_array_equal(irfft2(few, columns), fft.irfft2(few, (24, columns)))
+
+
 def test_lines_of_any_length_have_transforms() -> None:
     """All with small factors and all primes are the same; the others are so but for rounding."""
     for n in range(1, 34):
