@@ -10,7 +10,10 @@ from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
 import msgspec
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from msgspec import Meta
 
 import motes
@@ -93,6 +96,33 @@ def test_every_part_survives_plain_values_and_toml() -> None:
         assert from_dict(plain, TrackerConfig) == config
         assert from_dict(msgspec.json.decode(msgspec.json.encode(plain)), TrackerConfig) == config
         assert from_dict(from_toml(to_toml(config), "text"), TrackerConfig) == config
+
+
+@pytest.mark.slow
+@given(
+    st.builds(
+        ParticleFilter,
+        particles=st.integers(1, 10_000),
+        motion=st.builds(RandomWalk, noise=st.builds(Noise, position=st.floats(0, 1e6)))
+        | st.builds(ConstantVelocity, persistence=st.floats(0, 1)),
+        color=st.builds(
+            Color,
+            space=st.sampled_from(["rgb", "hsv", "hsv+v"]),
+            bins=st.tuples(*[st.integers(1, 64)] * 3),
+        ),
+        hog=st.none() | st.builds(Hog, cells=st.integers(1, 4), rotation_normalized=st.booleans()),
+        fusion=st.builds(Fixed, weights=st.dictionaries(st.just("color"), st.floats(0.1, 9))),
+        likelihood=st.builds(Gaussian, sigma=st.floats(1e-3, 1e3), epsilon=st.floats(0, 1)),
+        adaptation=st.builds(
+            PerCue,
+            cues=st.dictionaries(
+                st.just("color"), st.builds(KalmanBins) | st.just(ExponentialForgetting())
+            ),
+        ),
+    )
+)
+def test_any_particle_filter_survives_toml(config: ParticleFilter) -> None:
+    assert from_dict(from_toml(to_toml(config), "text"), TrackerConfig) == config
 
 
 class Zone(Config, frozen=True):
@@ -182,6 +212,23 @@ def test_one_table_in_place_of_several_is_told_from_a_list(value: Any) -> None:
     takes = re.escape(f"Config line: got {value}; it takes a list of tables, as in [[line]].")
     with pytest.raises(ConfigError, match=f"^{takes}$"):
         from_dict({"line": value}, Regions)
+
+
+@pytest.mark.parametrize("name", ["nummiaro", "maggio", "ng_delp", "zhao_pei"])
+def test_a_printed_preset_reads_every_pixel(name: str) -> None:
+    config = preset(f"{name}:printed")
+    assert isinstance(config, ParticleFilter)
+    assert {getattr(cue, "sampling", None) for cue in config.cues.values()} == {EveryPixel()}
+    assert config.presence.in_frame or name != "nummiaro"
+
+
+def test_extreme_but_allowed_values_work() -> None:
+    """Neither overflows nor divides by zero, however sharp."""
+    sharp = Calibration(middle=0.5, width=1e-300)
+    assert [sharp.probability(d) for d in (0.0, 0.5, 1.0)] == [1, 0.5, 0]
+    usual = Calibration(middle=0.3, width=0.1)
+    for d in np.linspace(0, 1, 11):
+        assert usual.probability(d) == pytest.approx(1 / (1 + math.exp((d - 0.3) / 0.1)))
 
 
 def test_text_that_is_no_toml_is_refused() -> None:

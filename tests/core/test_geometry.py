@@ -40,6 +40,13 @@ def test_outline_lies_on_the_ellipse(ellipse: Ellipse) -> None:
     np.testing.assert_allclose(u * u + v * v, 1, atol=1e-6)
 
 
+def test_angles_run_from_x_towards_y() -> None:
+    first = Ellipse(0, 0, 10, 1, math.pi / 2).polygon(4)[0]
+    np.testing.assert_allclose(first, [0, 10], atol=1e-12)
+    box = Ellipse(0, 0, 10, 1, math.pi / 6).polygon()
+    assert np.cov(box.T)[0, 1] > 0  # to the right and down
+
+
 @pytest.mark.parametrize(
     "region",
     [
@@ -109,6 +116,14 @@ def test_overlap_counts_pixels(
     assert float(iou(first, second)) == pytest.approx(expected)
 
 
+@given(boxes, boxes)
+def test_overlap_is_symmetric_and_bounded(first: Box, second: Box) -> None:
+    value = float(iou(first, second))
+    assert 0 <= value <= 1 + 1e-9
+    assert value == float(iou(second, first))
+    assert float(iou(first, first)) == pytest.approx(1)
+
+
 @pytest.mark.parametrize(
     ("region", "meant"),
     [
@@ -129,3 +144,8 @@ def test_corners_that_were_given_as_a_box(
 def test_a_refused_region_names_the_box_of_its_corners() -> None:
     with pytest.raises(ConfigError, match=r"or 60,20,30,40 if these numbers are corners\.$"):
         region_within((60, 20, 90, 60), 100, 80)
+
+
+@given(boxes)
+def test_box_and_inscribed_ellipse_agree(box: Box) -> None:
+    np.testing.assert_allclose(Ellipse.from_box(box).box, box, atol=1e-9)

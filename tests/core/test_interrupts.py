@@ -149,10 +149,41 @@ class Fragile:
         send(signal.SIGTERM)
 
 
-def test_an_interrupt_that_python_drops_comes_again() -> None:
+class Late(threading.Timer):
+    """A timer whose first signal comes while it begins."""
+
+    begun = False
+
+    def start(self) -> None:
+        """Start, and wait for the first one."""
+        super().start()
+        if not Late.begun:
+            Late.begun = True
+            self.join()
+
+
+@pytest.mark.parametrize("timer", [threading.Timer, Late])
+def test_an_interrupt_that_python_drops_comes_again(
+    timer: type[threading.Timer], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(threading, "Timer", timer)
     with pytest.raises(Interrupt) as caught:
         call_and_wait(Fragile)
     assert caught.value.number == signal.SIGTERM
+
+
+def test_other_exceptions_that_python_drops_go_where_they_went(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    class Fails:
+        def __del__(self) -> None:
+            raise ValueError
+
+    dropped: list[Any] = []
+    monkeypatch.setattr("sys.unraisablehook", lambda each: dropped.append(each.exc_type))
+    with raised():
+        Fails()
+    assert dropped == [ValueError]
 
 
 def test_an_interrupt_that_a_library_catches_is_raised_again() -> None:
@@ -172,6 +203,14 @@ def test_nothing_is_raised_in_imports() -> None:
     with pytest.raises(Interrupt):
         call_and_wait(scope["call"])
     assert done == ["whole"]
+
+
+def test_a_program_that_is_imported_hears_signals(tmp_path: Path) -> None:
+    """Only imports that have begun since count."""
+    scope: dict[str, Any] = {"__name__": "importlib._bootstrap", "raised": raised, "send": send}
+    exec("def call():\n    with raised():\n        send()\n        return 'unheard'", scope)
+    with pytest.raises(Interrupt):
+        scope["call"]()
 
 
 def test_ignored_signals_stay_ignored() -> None:

@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from motes.core.errors import MotesError
+
 pytest.importorskip("onnx", reason="onnx is not installed")
 pytest.importorskip("onnxruntime", reason="onnxruntime is not installed")
 
@@ -99,6 +101,8 @@ def damaged(kind: str, folder: Path, good: bytes) -> Path:
         path.write_bytes(model.SerializeToString())
     elif kind == "folder":
         path.mkdir()
+    elif kind == "pipe":
+        os.mkfifo(path)
     elif kind != "missing":
         parts = {"cut": good[: len(good) // 2], "empty": b"", "zeros": b"\0\0"}
         path.write_bytes(parts[kind])
@@ -110,6 +114,8 @@ def damaged(kind: str, folder: Path, good: bytes) -> Path:
     [
         ("missing", "There is no file"),
         ("folder", "There is no file"),
+        pytest.param("pipe", "There is no file",
+                     marks=pytest.mark.skipif(os.name == "nt", reason="no pipes")),
         ("empty", "is empty"),
         ("cut", "is cut off or no ONNX file"),
         ("zeros", "is cut off or no ONNX file"),
@@ -126,6 +132,14 @@ def test_a_bad_file_ends_in_one_clear_line(
     assert words in str(caught.value)
     assert path.name in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_every_cut_of_a_file_is_refused(backbone: Path, tmp_path: Path) -> None:
+    good = backbone.read_bytes()
+    for length in {*range(0, len(good), 97), len(good) - 1}:
+        (tmp_path / "cut.onnx").write_bytes(good[:length])
+        with pytest.raises(MotesError):
+            Session(str(tmp_path / "cut.onnx"))
 
 
 def test_without_onnx_runtime_the_remedy_is_named(

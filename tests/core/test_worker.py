@@ -10,6 +10,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -148,6 +149,19 @@ def test_how_a_worker_has_ended_is_known(worker: Worker, number: int, words: str
         pass
     assert worker.cause() == words
     worker.give(until_stopped)  # nobody is there, and nothing is raised
+
+
+def test_two_threads_may_end_a_worker(worker: Worker, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As the listener of the studio and the end of the program do."""
+
+    def slowly(pipe: Connection) -> None:
+        time.sleep(0.2)
+        os.close(pipe.fileno())
+
+    monkeypatch.setattr(Connection, "_close", slowly)
+    with ThreadPoolExecutor(2) as threads:
+        ends = [threads.submit(worker.end) for _ in range(2)]
+    assert [end.result() for end in ends] == [None, None]
 
 
 def test_what_a_worker_sends_is_never_unpickled(worker: Worker) -> None:
