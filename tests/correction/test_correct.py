@@ -175,6 +175,11 @@ def test_smoothing_bridges_losses_and_jumps() -> None:
     assert motes.smooth(nothing) == nothing
 
 
+def test_one_pass_is_not_surer_than_its_tracker() -> None:
+    tracks = [replace(track, covariance=100 * np.eye(5)) for track in walk(60)]
+    assert all(track.covariance[0, 0] >= 100 for track in motes.smooth(tracks))
+
+
 def test_what_is_lost_is_no_surer_when_it_is_bridged() -> None:
     """Whether the covariance is known, as in Python, or not, as of rows of a plain run."""
     tracks = walk(60)
@@ -200,6 +205,16 @@ def test_rows_of_a_file_are_no_tracks(tmp_path: Path, film: Path) -> None:
     ):
         with pytest.raises(ConfigError, match=r"Give the Track of each frame.*; rows of a file"):
             taken()
+
+
+def test_an_unsure_row_counts_less() -> None:
+    """Its deviation is not known, but its confidence is."""
+    tracks = [replace(track, covariance=np.full((5, 5), math.nan)) for track in walk(60)]
+    tracks[30] = replace(tracks[30], ellipse=tracks[30].ellipse._replace(x=113))
+    unsure = [*tracks[:30], replace(tracks[30], confidence=0.1), *tracks[31:]]
+    sure, less = motes.smooth(tracks)[30], motes.smooth(unsure)[30]
+    assert abs(less.ellipse.x - 110) < 0.7 * abs(sure.ellipse.x - 110)
+    assert less.covariance[0, 0] > 5 * sure.covariance[0, 0]
 
 
 def test_the_variances_of_a_confidence_give_it_back() -> None:

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from motes.core.geometry import Ellipse
+from motes.core.track import Status
 from motes.core.types import Floats
-from motes.correction import join
+from motes.correction import join, suspects
 from motes.correction.coordinates import Coordinates
+from motes.correction.passes import Course
 from motes.correction.smoothing import Drift, Dynamics, fit_motion, outliers, smooth
 from motes.correction.support import support
 
@@ -75,6 +77,17 @@ def test_jumps_away_and_back_are_outliers() -> None:
     assert not outliers(seen, valid, 13.82).any()
 
 
+def test_a_target_that_rests_and_runs_does_not_jump() -> None:
+    rng = np.random.default_rng(2)
+    rest, run = np.zeros(30), np.full(5, 4.0)
+    steps = np.concatenate([rest, run, rest, run, rest, -run, rest])
+    seen = np.cumsum(steps)[:, None] + rng.normal(0, 0.1, (len(steps), 2))
+    valid = np.ones(len(seen), bool)
+    assert not outliers(seen, valid, 13.82).any()
+    seen[50:53] += 9
+    assert np.flatnonzero(outliers(seen, valid, 13.82)).tolist() == [50, 51, 52]
+
+
 def test_one_pass_that_leaves_the_target_is_left_out() -> None:
     n = 40
     agree = np.ones(n, bool)
@@ -123,3 +136,16 @@ def test_variances_are_compared_in_the_units_of_each_region(theta: float) -> Non
     assert space.relative(rows, variances) == pytest.approx(np.ones((5, 5 if theta else 4)))
     variances[4, 2:] *= 3
     assert space.relative(rows, variances)[4] == pytest.approx([1, 1, 3, 3, 3][: space.dimensions])
+
+
+def test_how_far_a_target_drifts_goes_by_its_size() -> None:
+    keys = np.array([True, False, False, False])
+    small = np.array([[50, 40, 9, 4, 0.3]] * 4)
+
+    def drifted(times: float) -> Floats:
+        ellipses = small * [1, 1, times, times, 1]
+        course = Course(ellipses, ellipses, np.ones(4), [Status.TRACKING] * 4, ~keys)
+        return suspects._drifted(course, keys)
+
+    assert (np.diff(drifted(1.0), axis=0) > 0).all()
+    assert drifted(3.0) == pytest.approx(drifted(1.0) * [9, 9, 9, 9, 1])

@@ -79,6 +79,15 @@ def test_the_visible_fraction_is_that_of_the_pixels() -> None:
         assert 0 <= truth.visible <= 1
 
 
+def test_a_target_in_front_hides_the_one_behind() -> None:
+    states = np.array([[[80.0, 60, 30, 20, 0.0]], [[100.0, 64, 28, 20, 0.5]]])
+    clip = Clip(SMALL, (Target(states[0]), Target(states[1])))
+    behind, front = clip[0][1]
+    assert front.visible == pytest.approx(1, abs=0.01)
+    assert behind.visible == pytest.approx(masks(clip).sum() / behind.ellipse.area, abs=0.02)
+    assert 0.3 < behind.visible < 0.7
+
+
 def test_a_target_that_is_not_visible_leaves_no_trace() -> None:
     clip = synthetic.occluded(SMALL)
     states = clip.targets[0].states
@@ -125,6 +134,15 @@ def test_every_clip_is_the_same_each_time_in_any_order(make: Callable[..., Clip]
     assert np.array_equal(again.targets[0].states, make(SMALL, frames=12).targets[0].states)
     with pytest.raises(IndexError):
         clip[12]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [(32, 32), (400, 90)])
+@pytest.mark.parametrize("make", CLIPS)
+def test_odd_sizes(make: Callable[..., Clip], size: tuple[int, int]) -> None:
+    options = {"length": 1} if make is synthetic.occluded else {}
+    frame, _ = make(size, **options)[3]
+    assert (frame.width, frame.height) == size
 
 
 def test_what_cannot_be_rendered_is_refused() -> None:
