@@ -80,6 +80,7 @@ KINDS = [
 ]
 """Together they have each part that any has: for what depends on parts, but not on numbers."""
 FILTERS = [name for name in CONFIGS if isinstance(CONFIGS[name], ParticleFilter)]
+FILTER_KINDS = ["maggio", "sum of spectra", "ng_delp", "zhao_pei", "maggio:C"]
 """For what any filter can be combined with: they have one cue or two, fused in each way."""
 
 

@@ -33,3 +33,12 @@ def test_an_algorithm_keeps_the_state_that_it_names(name: str) -> None:
         assert type(after) is each.state_type
         assert type(report) is type(info)
         each.typed(after, first if report.track.frame == 0 else last)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_step_changes_nothing_that_it_is_given(name: str) -> None:
+    each, picture = algorithm(name), scene(1, (32.0, 36))
+    state, _ = each.init(np.random.default_rng(0), scene(0, (30.0, 36)), region((30.0, 36)))
+    one, other = (each.step(np.random.default_rng(1), state, picture)[1] for _ in "12")
+    assert one.track.ellipse == other.track.ellipse
+    np.testing.assert_array_equal(one.ellipses, other.ellipses)

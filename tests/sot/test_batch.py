@@ -52,6 +52,17 @@ def test_what_is_refused() -> None:
         trackers.init(CLIP[0], REGIONS)
 
 
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_frame_s_planes_are_shared(threads: int) -> None:
+    """Targets in the same place read the same plane of edges."""
+    frames = [frame for frame, _ in synthetic.still((160, 120), target=(30, 40), frames=2)]
+    with Trackers("ng_delp", threads=threads) as trackers:
+        trackers.init(frames[0], [Box(65, 40, 30, 40)] * 4)
+        frames[1].cache.clear()
+        trackers.update(frames[1])
+    assert len(frames[1].cache) == 1
+
+
 def test_objects_come_and_go() -> None:
     """What was there before is followed as if nothing had happened."""
     trackers, alone = Trackers("nummiaro", seed=3), Tracker("nummiaro", seed=4)

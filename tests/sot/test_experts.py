@@ -208,3 +208,14 @@ def test_another_expert_can_decide_between_two_places() -> None:
     after, info = config.step(rng, state, Frame(1, FRAME_INTERVAL, picture().pixels))
     assert info.track.ellipse[:2] == pytest.approx(PLACE[:2], abs=1)
     assert after.standing == Standing(confirmed=1)
+
+
+def test_a_histogram_is_the_mean_and_its_anchor_stays() -> None:
+    color = Color()
+    one = color.learn(look(1), REGION)
+    both = color.learn_also(one, look(2), REGION)
+    seen = color.observe(one, look(2), REGION)
+    assert both.histogram == pytest.approx((one.histogram + seen) / 2)
+    assert both.anchor is one.anchor
+    outside = Ellipse(-900, -900, 5, 5)
+    assert color.learn_also(one, look(2), outside) is one

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import cycle
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from histogram_series import lessons, series
+from kinds import CONFIGS, FILTER_KINDS
+from motes.core.track import Status
 from motes.core.types import Floats
 from motes.cues.base import AdaptableCue
 from motes.cues.color import Color
@@ -20,7 +25,7 @@ from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.bin_updates import LEAST_NOISE, AnchoredKalman, GaussianBins, KalmanBins
 from motes.sot.filtering.model_update import ExponentialForgetting, PerCue, UpdateResult
 from motes.sot.particle_filter import ParticleFilter
-from motes.sot.presets import TrackerConfig
+from motes.sot.presets import TrackerConfig, configure
 from motes.sot.tracker import Tracker
 from oracles import region, scene
 
@@ -90,6 +95,71 @@ def test_steps_learn_what_the_strategy_says(strategy: Any) -> None:
             after: Any = tracker._state.models[name]
             np.testing.assert_array_equal(after.histogram, learned.histogram)
             models[name] = after
+
+
+def test_nothing_is_learned_while_the_target_is_not_there() -> None:
+    tracker = started(small(adaptation=BOTH))
+    for picture in walk(1, 2, 3):
+        tracker.update(picture)
+    state: Any = tracker._state
+    for index in range(4, 12):
+        tracker.update(scene(index, None))
+        after: Any = tracker._state
+        assert after.models == state.models
+        assert after.memories == state.memories
+    assert tracker.info.track.status is Status.SEARCHING
+
+
+def test_a_correction_teaches_nothing() -> None:
+    tracker = started(small(adaptation=BOTH))
+    for picture in walk(1, 2, 3):
+        tracker.update(picture)
+    state: Any = tracker._state
+    for where in ((34.0, 36.0), (80.0, 20.0)):
+        tracker.correct(region(where))
+        after: Any = tracker._state
+        assert after.models == state.models
+        assert after.memories == state.memories
+
+
+def test_where_nothing_is_seen_the_model_stays() -> None:
+    """A flat picture has no gradients, whatever the rule says of its colors."""
+    config = replace(
+        small(adaptation=BOTH), presence=AppearanceRule(max_threshold=0.1, max_positions=500)
+    )
+    red = np.full((72, 96, 3), (200, 30, 40), np.uint8)
+    tracker = started(config)
+    before: Any = tracker._state
+    tracker.update(red)
+    after: Any = tracker._state
+    assert list(after.memories) == ["color"]
+    np.testing.assert_array_equal(after.models["hog"].histogram, before.models["hog"].histogram)
+
+
+STRATEGIES = cycle(["forgetting", "kalman", "gaussian", "anchored_kalman"])
+
+
+@pytest.mark.parametrize(("name", "kind"), [*zip(FILTER_KINDS, STRATEGIES, strict=False)])
+def test_every_filter_takes_every_strategy(name: str, kind: str, tmp_path: Path) -> None:
+    adaptation = {"type": kind} | ({"learning_rate": 0.1} if kind == "forgetting" else {})
+    presence = {"max_positions": 100, "margin": 0, "deviations": 0}
+    changes = {"particles": 40, "presence": presence, "adaptation": adaptation}
+    config = configure(CONFIGS[name], changes)
+    tracker = started(config)
+    pictures = walk(*range(1, 16))
+    for picture in pictures[:12]:
+        tracker.update(picture)
+    learned: Any = tracker._state
+    for name in config.cues:
+        model = learned.models[name]
+        assert np.isfinite(model.histogram).all()
+        assert model.histogram.min() >= 0
+        assert model.histogram.sum() == pytest.approx(1)
+        assert (model.histogram != model.anchor).any()
+    tracker.save(tmp_path / "state")
+    loaded = Tracker.load(tmp_path / "state")
+    for picture in pictures[12:]:
+        assert loaded.update(picture).ellipse == tracker.update(picture).ellipse
 
 
 # The Kalman filter
@@ -239,3 +309,10 @@ def test_a_model_that_fits_without_any_residual() -> None:
     assert gains([0.0] * 8) == [0] * 8
     # There is no noise: what comes then is all change.
     assert gains([0.0] * 4 + [0.01] * 5)[-1] == pytest.approx(1)
+
+
+def test_a_picture_without_noise_can_be_learned_from() -> None:
+    first = np.full(8, 1 / 8)
+    other = np.array([0.13, 0.12, *[1 / 8] * 6])
+    *_, last = lessons(AnchoredKalman(), first, [first] * 12 + [other])
+    assert (last.histogram != first).any()
