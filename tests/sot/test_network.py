@@ -92,10 +92,42 @@ def test_a_region_is_read_as_numpy_does(region: Any, form: str) -> None:
         assert np.abs(out[0] - wanted).max() < 1.01
 
 
+def test_a_region_is_that_of_opencv_to_the_bit() -> None:
+    cv2 = pytest.importorskip("cv2", reason="OpenCV is not installed")
+    rng = np.random.default_rng(2)
+    for side in (1, 2, 3, 31, 64, 127, 129, 200, 254, 255, 256, 300, 511, 760):
+        pixels = rng.integers(0, 256, (side, side, 3), np.uint8)
+        for size in (127, 255):
+            out = read(Frame(0, 0.0, pixels), Region(0, 0, side), size, np.zeros(3))
+            wanted = cv2.resize(pixels, (size, size)).transpose(2, 0, 1)
+            np.testing.assert_array_equal(out[0], wanted)
+
+
 def test_the_family_is_read_from_the_files_in_any_order(folder: Path) -> None:
     backbone, head = onnx_trackers.save_pair(folder)
     assert Network((backbone, head)).open() == Network((head, backbone)).open() == "siamese"
     assert Network((onnx_trackers.save_vit(folder),)).open() == "vit"
+
+
+@pytest.mark.parametrize("at", [(150, 100), (162, 91), (-12, 4), (290, 190)])
+def test_the_target_has_the_best_score(network: Network, at: tuple[int, int]) -> None:
+    model = network.learn(picture(150, 100), Ellipse.from_box(TARGET))
+    target = Ellipse.from_box((*at, 40, 60))
+    near = target._replace(x=target.x + 6, y=target.y - 5)
+    view = network.look(model, picture(*at), near)
+    assert view.boxes.shape == (256, 4)
+    assert view.scores.shape == view.window.shape == (256,)
+    assert 0 <= view.scores.min() < 0.01
+    assert view.scores.max() > 0.95
+    sure = view.boxes[view.scores > 0.9]
+    assert len(sure) < 64
+    visible = np.clip(at, 0, (319, 239)), np.clip((at[0] + 40, at[1] + 60), 0, (319, 239))
+    middle = (sure[:, :2] + sure[:, 2:] / 2).mean(axis=0)
+    assert np.abs(middle - np.mean(visible, axis=0)).max() < 16  # a cell
+    assert (view.size[0], view.size[1]) == pytest.approx((40, 60))
+    again = network.look(model, picture(*at), near)
+    np.testing.assert_array_equal(view.boxes, again.boxes)
+    np.testing.assert_array_equal(view.scores, again.scores)
 
 
 def test_views_are_decoded_as_numpy_does(network: Network) -> None:

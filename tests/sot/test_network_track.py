@@ -15,6 +15,7 @@ from motes.core.geometry import Box, Ellipse, iou
 from motes.core.track import Status
 from motes.sot.discriminative.network_track import AGREES, NetworkTrack
 from motes.sot.discriminative.redetection import MIN_HALF_AXIS
+from motes.sot.discriminative.report import at_region
 from motes.sot.discriminative.standing import FRAMES, Rival, Standing
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.network.network import Network, NetworkModel
@@ -99,6 +100,32 @@ def test_the_box_is_between_that_of_the_tracker_and_that_of_the_network(network:
     np.testing.assert_allclose(info.weights @ info.ellipses[:, :4], both.ellipse[:4], rtol=1e-3)
 
 
+def test_particles_are_reported_where_the_box_is() -> None:
+    """Moved, scaled and turned as the particles' own estimate is to become the region."""
+    tracker, frames = begun()
+    own = tracker.update(frames[0]).ellipse
+    info = replace(tracker.info, ellipses=np.array([own, own._replace(x=own.x + 3, a=own.a / 2)]))
+    region = Ellipse(own.x + 5, own.y - 2, 1.5 * own.a, 2 * own.b, own.theta + 0.1)
+    moved = at_region(info, region, 0.25, Status.OCCLUDED)
+    expected = [region, region._replace(x=region.x + 3, a=region.a / 2)]
+    assert moved.ellipses == pytest.approx(np.array(expected))
+    assert (moved.track.ellipse, moved.track.confidence) == (region, 0.25)
+
+
+def test_a_doubt_who_it_is_lowers_the_confidence_and_moves_no_box(network: Network) -> None:
+    frames = film(2)
+    sure, doubting = (Tracker(Discriminative(network=network)) for _ in range(2))
+    for tracker in (sure, doubting):
+        tracker.init(frames[0], BOX)
+    state = doubting._state
+    alike = np.tile(state.identity.first, (len(state.identity.neighbors), 1))
+    twins = replace(state.identity, lead=-0.3, neighbors=alike)
+    doubting._state = replace(state, identity=twins)
+    one, other = sure.update(frames[1]), doubting.update(frames[1])
+    assert one.ellipse == other.ellipse
+    assert other.confidence < 0.5 * one.confidence
+
+
 def test_a_tracker_with_a_network_goes_on_after_it_was_saved(
     network: Network, tmp_path: Path
 ) -> None:
@@ -138,6 +165,16 @@ def test_particles_that_are_elsewhere_begin_again_where_the_network_is() -> None
         assert iou(track.box, truth(frame)) > 0.7
         assert math.isnan(track.belief)  # of who is at the network's place, nothing is known
     assert tracker._state.ellipse == tracker._state.network.place == track.ellipse
+
+
+def test_only_frames_in_a_row_decide_between_them() -> None:
+    track = NetworkTrack(NetworkModel(np.zeros((1, 1, 1, 1), np.float32)), AWAY)
+    for lead in (1.0, 5.0, -0.1, -3.0, 2.0, 0.1):
+        track = track.compared(lead)
+        assert track.ahead is (lead > 0)
+        assert not track.decided
+    assert not track.agreed().compared(1.0).decided
+    assert track.compared(0.5).decided
 
 
 def test_a_corrected_target_is_where_the_network_looks_next() -> None:

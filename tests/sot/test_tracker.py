@@ -16,6 +16,7 @@ import pytest
 
 from disks import fill
 from kinds import ALGORITHMS, CONFIGS, FILTERS, KINDS, VARIANTS
+from motes import synthetic
 from motes.core.detection import Detection
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
@@ -28,7 +29,7 @@ from motes.sot.particle_filter import ParticleFilter
 from motes.sot.places import Place
 from motes.sot.presets import TrackerConfig, configure, preset
 from motes.sot.tracker import Tracker
-from oracles import region, scene
+from oracles import region, scene, sequence
 
 every = pytest.mark.parametrize("name", CONFIGS)
 of_algorithms = pytest.mark.parametrize("name", ALGORITHMS)
@@ -129,6 +130,18 @@ def test_info(name: str) -> None:
         assert info.weights.sum() == pytest.approx(1)
         assert info.n_supporting is None or 0 <= info.n_supporting <= n
         np.testing.assert_allclose(info.weights @ info.ellipses[:, :4], track.ellipse[:4])
+
+
+@of_algorithms
+def test_an_image_is_tracked_as_the_frame_that_shows_it(name: str) -> None:
+    tracks = []
+    for form in (lambda index: FRAMES[index].pixels / 255, FRAMES.__getitem__):
+        tracker = Tracker(CONFIGS[name])
+        tracker.init(form(0), TARGET)
+        tracks.append([tracker.update(form(index)) for index in (1, 2, 3)])
+    for one, other in zip(*tracks, strict=True):
+        assert one.ellipse == pytest.approx(other.ellipse)
+        assert (one.frame, one.time) == (other.frame, pytest.approx(other.time))
 
 
 def flat(value: int, height: int = 40, width: int = 50) -> Any:
@@ -383,6 +396,27 @@ def test_lost_searched_and_found_again(name: str) -> None:
     assert tracks[-1].confidence > 0.3
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "form", "follows"),
+    [
+        ("maggio", "rotated", True),
+        ("maggio:O-ROH", "rotated", True),
+        ("maggio:O-ROH", "fourier", False),
+    ],
+)
+def test_the_angle_of_a_full_turn(name: str, form: str, follows: bool) -> None:
+    """ROH knows the target's angle, FOH is blind to it on purpose."""
+    tracker = Tracker(configure(preset(name), {"orientation": {"form": form}}))
+    errors: list[float] = []
+    for picture, (truth,) in synthetic.turning((320, 240), 80):
+        track = tracker.update(picture) if errors else tracker.init(picture, truth.ellipse)
+        off = np.degrees(track.ellipse.theta - truth.ellipse.theta)
+        errors.append(abs((off + 90) % 180 - 90))
+    assert bool(max(errors) < 20) is follows
+    assert bool(np.mean(errors) < 10) is follows
+
+
 # A known histogram
 
 
@@ -446,6 +480,23 @@ def test_searches_that_are_refused() -> None:
     large = KnownTarget.learn(Color(), scene(0, None), Ellipse(40, 30, 30, 30))
     with pytest.raises(ConfigError, match="larger than the frame"):
         Tracker("nummiaro").search(np.zeros((20, 20, 3), np.uint8), large)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "low"), [("Football1", 0.35), ("Crossing", 0.35), ("DragonBaby", 0.35)]
+)
+def test_real_sequences(data: Path, name: str, low: float) -> None:
+    """The area under the success curve, from one pass, is far above chance."""
+    frames, boxes = sequence(data / "sot" / name)
+    scores = []
+    for seed in (0, 1):
+        tracker = Tracker(preset("nummiaro:adaptive"), seed)
+        tracks = [tracker.init(frames[0], boxes[0])]
+        tracks += [tracker.update(picture) for picture in frames[1:]]
+        overlap = iou([track.box for track in tracks], boxes)
+        scores.append(np.mean([(overlap > t).mean() for t in np.linspace(0, 1, 21)]))
+    assert np.mean(scores) > low
 
 
 # Real sequences
