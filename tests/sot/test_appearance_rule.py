@@ -69,6 +69,17 @@ def test_the_target_is_no_background() -> None:
     assert with_it.mean > found.mean
 
 
+def test_a_target_as_large_as_the_frame_leaves_no_other_background() -> None:
+    picture = frame(mosaic(3, 12, 12))
+    region = Ellipse(5.5, 5.5, 6, 6)
+    model = CUE.learn(picture, region)
+    inside, outside = (
+        AppearanceRule().background(CUE, model, picture, region, target_in_frame=there)
+        for there in (True, False)
+    )
+    assert (inside.mean, inside.deviation) == (outside.mean, outside.deviation)
+
+
 @pytest.mark.parametrize(
     ("margin", "background", "threshold"),
     [

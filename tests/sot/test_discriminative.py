@@ -137,6 +137,19 @@ def test_a_car_of_another_color_is_not_taken_for_the_one_that_is_hidden() -> Non
     assert np.mean(found) > 0.85
 
 
+def test_a_turned_region_stays_turned() -> None:
+    frames, boxes = film(circle((160.0, 100.0), 15, 10), (40, 40), wall(240, 320))
+    region = Ellipse.from_box(boxes[0])._replace(a=22.0, b=14.0, theta=0.6)
+    tracker = Tracker()
+    tracker.init(frames[0], region)
+    for frame in frames[1:]:
+        track = tracker.update(frame)
+    assert track.ellipse.theta == pytest.approx(0.6, abs=0.01)
+    assert track.ellipse.a / track.ellipse.b == pytest.approx(22 / 14)
+    center = boxes[-1].x + 19.5, boxes[-1].y + 19.5
+    assert track.ellipse[:2] == pytest.approx(center, abs=3)
+
+
 def spinning(degrees: float, count: int) -> list[Frame]:
     """Return frames with a long striped oval that turns about its center, (160, 120)."""
     stripes = np.zeros((81, 81, 3), np.uint8)

@@ -17,12 +17,13 @@ from msgspec.structs import replace
 from motes.core.errors import ConfigError
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.geometry import Ellipse
+from motes.core.track import Status
 from motes.core.types import Floats
 from motes.cues.base import AdaptableCue
 from motes.cues.color import Color
 from motes.cues.structure_tensor import Orientation
 from motes.sot.filtering import fusion as fusions
-from motes.sot.filtering.appearance_rule import AppearanceRule
+from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics
 from motes.sot.filtering.fusion import Fixed, Fusion, PrintedMixture
 from motes.sot.filtering.likelihood import Gaussian
 from motes.sot.filtering.model_update import ExponentialForgetting
@@ -83,6 +84,16 @@ def test_fixed_weights_are_normalized(weights: Mapping[str, float], cues: int) -
     assert found.sum() == pytest.approx(1)
 
 
+@given(clouds)
+def test_a_share_is_the_power_of_a_likelihood(made: tuple[Floats, Floats, Floats]) -> None:
+    ellipses, prior, logs = made
+    fusion = Fixed(weights={"color": 3.0})
+    weights, powers = fusion.fuse(NAMES[: len(logs)], prior, logs, ellipses)
+    likelihoods = [np.exp(log * len(logs) * w) for log, w in zip(logs, powers, strict=True)]
+    expected = np.exp(prior) * np.prod(likelihoods, axis=0)
+    np.testing.assert_allclose(weights.values, expected / expected.sum(), rtol=1e-9)
+
+
 # Adaptive weights
 
 
@@ -98,6 +109,17 @@ def test_equations_7_to_10_as_printed(made: tuple[Floats, Floats, Floats], floor
     assert (found > 0).all()
     expected = np.exp(prior) * (found @ np.exp(logs))
     np.testing.assert_allclose(weights.values, expected / expected.sum(), rtol=1e-9)
+
+
+@given(clouds, st.lists(st.integers(-9, 9), min_size=30, max_size=30))
+def test_an_angle_counts_modulo_half_a_turn(
+    made: tuple[Floats, Floats, Floats], turns: list[int]
+) -> None:
+    ellipses, prior, logs = made
+    turned = ellipses.copy()
+    turned[:, 4] += np.pi * np.array(turns[: len(turned)])
+    found = shares(PrintedMixture(), (turned, prior, logs))
+    np.testing.assert_allclose(found, shares(PrintedMixture(), made), rtol=1e-5)
 
 
 def test_one_particle_with_all_the_weight() -> None:
@@ -135,10 +157,7 @@ def test_particles_without_a_likelihood(bad: float) -> None:
 # The filter
 
 
-@pytest.mark.parametrize("fusion", [PrintedMixture(), Fixed(weights={"color": 2.0})])
-@pytest.mark.parametrize("threshold", [1.0, 0.0])
-def test_a_step_with_two_cues(fusion: PrintedMixture | Fixed, threshold: float) -> None:
-    """Select, propagate, observe, fuse, estimate, judge and learn, put together by hand."""
+def with_cues(**changes: Any) -> ParticleFilter:
     config = ParticleFilter(
         particles=50,
         motion=EllipseWalk(position=2.0, size=0.04, angle=0.05),
@@ -146,6 +165,15 @@ def test_a_step_with_two_cues(fusion: PrintedMixture | Fixed, threshold: float) 
         orientation=Orientation(scale=0.1),
         likelihood=Gaussian(sigma=0.15),
         presence=AppearanceRule(margin=0.5, max_positions=200),
+    )
+    return replace(config, **changes)
+
+
+@pytest.mark.parametrize("fusion", [PrintedMixture(), Fixed(weights={"color": 2.0})])
+@pytest.mark.parametrize("threshold", [1.0, 0.0])
+def test_a_step_with_two_cues(fusion: PrintedMixture | Fixed, threshold: float) -> None:
+    """Select, propagate, observe, fuse, estimate, judge and learn, put together by hand."""
+    config = with_cues(
         fusion=fusion,
         resampling=Multinomial(threshold=threshold),
         adaptation=ExponentialForgetting(learning_rate=0.2, anchor=0.3),
@@ -226,6 +254,26 @@ def test_a_step_with_two_cues(fusion: PrintedMixture | Fixed, threshold: float) 
                 np.testing.assert_allclose(one, other, atol=1e-12)
     assert learned >= 4
     assert [*state.models] == [*state.backgrounds] == ["color", "orientation"]
+
+
+def test_the_rule_has_the_reliabilities_mean() -> None:
+    """Equation 13 with the mean of the cues' coefficients and of their thresholds."""
+    config = with_cues(
+        fusion=Fixed(weights={"color": 3.0, "orientation": 1.0}),
+        motion=EllipseWalk(position=0, size=0, eccentricity=0, angle=0),
+        presence=AppearanceRule(frames=1, deviations=0, max_threshold=1.0, max_positions=200),
+    )
+    picture = scene(0, (40, 30))
+    state, info = config.init(np.random.default_rng(0), picture, region((40, 30)))
+    assert 1 - info.track.distance**2 > 0.99
+    for means, there in (((0.5, 0.5), True), ((1.0, 0.9), True), ((1.0, 1.0), False)):
+        backgrounds = {
+            name: BackgroundStatistics(mean, 0.0)
+            for name, mean in zip(("color", "orientation"), means, strict=True)
+        }
+        same = replace(state, backgrounds=backgrounds, time=-0.04)
+        _, info = config.step(np.random.default_rng(0), same, picture)
+        assert (info.track.status is Status.TRACKING) is there
 
 
 def test_names_of_no_cue_in_use_are_refused() -> None:

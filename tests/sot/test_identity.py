@@ -11,7 +11,7 @@ from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, Ellipse, iou
 from motes.core.track import Status, Track
 from motes.core.types import Bytes
-from motes.sot.discriminative.identity import MEMORY, Identity, distances, look_at
+from motes.sot.discriminative.identity import EVERY, MEMORY, Identity, distances, look_at
 from motes.sot.tracker import Tracker
 from textured import blocks
 
@@ -113,6 +113,26 @@ def test_a_target_that_turns_back_to_an_earlier_side_is_believed_in() -> None:
         pixels[82:122, left : left + 30] = person((150, 255, 150))
         frames.append(Frame(index, index * FRAME_INTERVAL, pixels))
     assert min(beliefs(frames, [Box(STANDS, 80, 30, 40)] * FRAMES)) > 0.5
+
+
+def test_what_does_not_move_is_no_neighbor() -> None:
+    frames, ours, others = meeting(in_front=False)
+    still = [Frame(index, frame.time, frames[30].pixels) for index, frame in enumerate(frames)]
+    found = beliefs(still, ours[:APART] + [others[30]] * (FRAMES - APART))
+    assert min(found) > 0.5
+
+
+def test_a_camera_that_moves_makes_no_neighbors_of_the_scenery() -> None:
+    wall = blocks(11, 240, 600, 8, (0, 0, 0), (255, 255, 255))
+    box = Ellipse(220.0, 100.0, 15.0, 20.0)
+    identity = Identity.begin(Frame(0, 0.0, wall[:200, :320]), box)
+    for index in range(1, 5 * EVERY):
+        pixels = wall[:200, 3 * index : 320 + 3 * index]
+        place = box._replace(x=220.0 - 3 * index)
+        identity = identity.after(
+            Frame(index, index * FRAME_INTERVAL, pixels), place, np.array([-3.0, 0.0]), seen=True
+        )
+    assert not identity.neighbors.any()
 
 
 def test_nothing_is_known_of_who_is_not_seen() -> None:

@@ -10,8 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
+from motes import synthetic
 from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
+from motes.core.geometry import Ellipse, iou
 from motes.cues.color import Color
 from motes.cues.sampling import DENSE, EveryPixel, Lattice
 from motes.sot import mean_shift
@@ -59,6 +60,23 @@ def test_of_three_sizes_the_most_similar_is_taken(growth: float, wanted: float) 
     found = info.track.ellipse
     assert found.a == pytest.approx(half[0] * wanted)
     assert found.a / found.b == pytest.approx(half[0] / half[1])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["nummiaro", "nummiaro:adaptive"])
+def test_the_particle_filter_follows_a_target_that_leaps(name: str) -> None:
+    """Section VI: it "is able to follow the fast moving object during the whole sequence"."""
+    film, values = [*synthetic.jumping((320, 240), frames=60)], []
+    for seed in range(3):
+        tracker = Tracker(name, seed)
+        for picture, (truth,) in film:
+            box = truth.ellipse.box
+            track = tracker.update(picture) if picture.index else tracker.init(picture, box)
+            values.append(float(iou(track.box, box)))
+    overlaps = np.reshape(values, (3, 60))
+    # In one run in ten or so, frames of the leap are missed by chance.
+    assert (overlaps[:, 20:29] > 0).mean() > 0.8
+    assert overlaps[:, 42:56].min() > 0.3
 
 
 def test_the_background_of_a_large_region_is_read_by_a_lattice(

@@ -100,6 +100,18 @@ def test_mean_and_covariance(
 
 
 @model_
+@pytest.mark.parametrize("frames", [0.0, 0.5, 1.0, 4.0])
+def test_without_noise_only_a_is_left(
+    model: RandomWalk | ConstantVelocity | SecondOrder, frames: float
+) -> None:
+    none = Noise(position=0, size=0, size_return=0, aspect=0, angle=0)
+    silent = msgspec.structs.replace(model, noise=none)
+    states = moving(model, 3)
+    out = silent.propagate(np.random.default_rng(0), states, frames * FRAME_INTERVAL, FIRST)
+    np.testing.assert_allclose(out, states @ matrices(model, frames)[0].T, atol=1e-9)
+
+
+@model_
 @pytest.mark.parametrize("frames", [0.5, 1.0, 4.0])
 def test_both_half_axes_grow_and_return_together(
     model: RandomWalk | ConstantVelocity | SecondOrder, frames: float
@@ -166,6 +178,15 @@ def test_noise_of_the_paper(frames: float) -> None:
     np.testing.assert_allclose(np.cov(z.T), np.eye(5), atol=0.025)
     assert np.abs((z**3).mean(axis=0)).max() < 0.06
     assert np.abs((z**4).mean(axis=0) - 3).max() < 0.15
+
+
+def test_size_changes_keep_the_shape() -> None:
+    model = EllipseWalk(position=0, size=0.2, eccentricity=0, angle=0)
+    states = model.initial(np.tile(np.array(FIRST), (500, 1)))
+    out = model.ellipses(model.propagate(np.random.default_rng(0), states, FRAME_INTERVAL, FIRST))
+    np.testing.assert_allclose(out[:, 2] / out[:, 3], FIRST.a / FIRST.b)
+    np.testing.assert_allclose(out[:, [0, 1, 4]], [[500, 400, 0.1]] * 500)
+    assert out[:, 2].std() > 5
 
 
 def test_a_circle_grows_and_shrinks_alike_in_both_directions() -> None:

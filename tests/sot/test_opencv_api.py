@@ -16,6 +16,8 @@ from motes.core.frame import Frame, as_rgb
 from motes.core.geometry import Ellipse
 from motes.core.track import Track
 from motes.core.types import Bytes
+from motes.mot.detection.background import BackgroundDetector
+from motes.output.overlay import draw
 from motes.sot.opencv_api import OpenCVTracker
 from motes.sot.tracker import Tracker
 
@@ -159,3 +161,20 @@ def test_opencv_images_are_read_where_they_lie(name: str) -> None:
         image[:] = pixels[:, :, ::-1]  # as a camera writes into the same memory again
         tracker.update(image)
         assert_same([tracker.tracker.info.track], [plain.update(pixels)])
+
+
+@pytest.mark.slow
+def test_detectors_and_drawings_take_views() -> None:
+    rng = np.random.default_rng(0)
+    moving = [rng.integers(95, 106, (120, 160, 3)).astype(np.uint8) for _ in range(40)]
+    for index, pixels in enumerate(moving[30:]):
+        pixels[40:70, 5 * index : 5 * index + 20] = (250, 220, 60)
+    found, drawn = [], []
+    for view in (np.copy, bgr, part):
+        detector = BackgroundDetector()
+        frames = [Frame(i, i / 25, view(pixels)) for i, pixels in enumerate(moving)]
+        found.append([detector(frame) for frame in frames])
+        drawn.append(draw(frames[0].pixels, expected("nummiaro")[0]))
+    assert found[0] == found[1] == found[2]
+    assert any(found[0])
+    np.testing.assert_array_equal(drawn[1:], [drawn[0]] * 2)

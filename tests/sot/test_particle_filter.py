@@ -16,6 +16,7 @@ from motes.core.config import from_dict
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import pack
+from motes.core.track import Status
 from motes.core.types import Floats
 from motes.cues.color import Color, ColorModel
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
@@ -27,13 +28,14 @@ from motes.sot.filtering.resampling import (
     Multinomial,
     Resampling,
     Systematic,
+    Weights,
     mean_ellipse,
 )
 from motes.sot.filtering.scatter import scatter
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.particle_state import FilterState
 from motes.sot.presets import ADAPTIVE, NUMMIARO, ZHAO_PEI
-from oracles import moments, region, scene
+from oracles import frame, moments, region, scene
 
 
 class Measuring:
@@ -159,6 +161,21 @@ def test_means_and_likelihood(
     assert ratio.std() < 1.5  # else the line before says nothing
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("motion", MODELS, ids=["random_walk", "constant_velocity"])
+def test_the_error_falls_as_the_root_of_n(motion: RandomWalk | ConstantVelocity) -> None:
+    exact, deviations, _ = kalman(motion)
+    counts = np.array([50, 200, 800, 3200])
+    errors = []
+    for n in counts:
+        config = linear_gaussian(motion, int(n), 1.0, "multinomial")
+        off = [(run(config, seed)[0] - exact)[-1] / deviations[-1] for seed in range(60)]
+        errors.append(np.sqrt(np.mean(np.square(off))))
+    slope = np.polyfit(np.log(counts), np.log(errors), 1)[0]
+    assert slope == pytest.approx(-0.5, abs=0.12)
+    assert errors[-1] < 0.1
+
+
 # The estimate
 
 
@@ -215,6 +232,42 @@ def test_without_selection_weights_accumulate() -> None:
     np.testing.assert_allclose(info.weights, np.exp(expected) / np.exp(expected).sum())
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("scheme", RESAMPLINGS.known())
+def test_a_search_keeps_a_fair_half(scheme: Any) -> None:
+    """Half of the particles go on in proportion to their weights, whatever order they are in."""
+    n = 8
+    config, state = begun(
+        particles=n,
+        motion=RandomWalk(noise=Noise(position=0, size=0, size_return=0, aspect=0)),
+        resampling=from_dict({"type": scheme, "threshold": 0.0}, Resampling),
+    )
+    weights = np.array([0.3, 0.02, 0.18, 0.1, 0.05, 0.05, 0.1, 0.2])
+    states = np.tile(np.array(region((0, 0))), (n, 1))
+    states[:, 0] = np.arange(n)
+    state = replace(
+        state,
+        states=states,
+        weights=Weights.from_log(np.log(weights)),
+        status=Status.SEARCHING,
+        search_regions=np.array([[50.0, 50, 20, 10]]),
+    )
+    picture, rng = scene(1, None), np.random.default_rng(0)
+    kept = np.zeros(n)
+    runs = 1500
+    for _ in range(runs):
+        after, _ = config.step(rng, state, picture)
+        old = after.states[after.states[:, 1] == 0]
+        assert len(old) == n // 2
+        fresh = after.states[after.states[:, 1] > 0]
+        assert ((fresh[:, 0] >= 49.5) & (fresh[:, 0] < 69.5)).all()
+        assert ((fresh[:, 1] >= 49.5) & (fresh[:, 1] < 59.5)).all()
+        kept += np.bincount(old[:, 0].astype(int), minlength=n)
+    expected = n / 2 * weights
+    # A particle's copies vary by no more than multinomial ones do.
+    np.testing.assert_allclose(kept / runs, expected, atol=4 * math.sqrt(4 * 0.25 / runs))
+
+
 def test_spread_is_uniform_over_places_by_their_area() -> None:
     places = np.array([[0.0, 0, 10, 10], [50, 20, 30, 10]])
     size = Ellipse(0, 0, 4, 3, 0.5)
@@ -230,6 +283,15 @@ def test_spread_is_uniform_over_places_by_their_area() -> None:
         np.testing.assert_allclose(centers.mean(axis=0), (low + high) / 2, atol=0.2)
         np.testing.assert_allclose(centers.std(axis=0), (high - low) / 12**0.5, rtol=0.03)
     assert scatter(np.random.default_rng(0), places, size, 0).shape == (0, 5)
+
+
+def test_one_particle() -> None:
+    config, state = begun(particles=1)
+    state, info = config.step(np.random.default_rng(0), state, scene(1, (40, 30)))
+    assert info.track.effective_sample_size == 1
+    np.testing.assert_array_equal(info.track.covariance, 0)
+    searching = replace(state, status=Status.SEARCHING)
+    config.step(np.random.default_rng(0), searching, frame(scene(2, None).pixels, 2))
 
 
 CENTERS = [(40 + 2 * i, 30 + i) for i in range(6)] + [None, None, (58, 42), (60, 43)]

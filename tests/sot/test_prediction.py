@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
+from motes.core.geometry import Ellipse, iou
 from motes.sot.discriminative import prediction
 from motes.sot.discriminative.prediction import (
     UNNOTICED,
@@ -21,6 +21,7 @@ from motes.sot.discriminative.prediction import (
     small_picture,
     spectrum_of,
 )
+from motes.sot.tracker import Tracker
 from textured import HEIGHT, WIDTH, seen, textured
 
 NOTHING = np.zeros((1, 1), np.float32), np.zeros((1, 1), np.complex64)
@@ -89,6 +90,34 @@ def test_a_target_that_is_not_seen_rests_in_the_scene() -> None:
     np.testing.assert_array_equal(after.velocity, (3, 4))
     np.testing.assert_array_equal(after.camera, (3, 4))
     np.testing.assert_array_equal(after.errors, history.errors)
+
+
+def test_pictures_are_compared_at_rest_if_a_shift_is_wrong(
+    scene: NDArray[np.uint8], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    history, after = prediction.started(small_picture(seen(scene, 100, 100))), seen(scene, 110, 94)
+    picture = small_picture(after)
+    before, now = prediction.predictions(history, picture, after).shared
+    assert before.shape == now.shape
+    assert now.shape < picture.shape
+    assert np.abs(now - before).mean() < 0.5 * np.abs(picture - history.picture).mean()
+    for wrong in (60.0, float(WIDTH)):
+        monkeypatch.setattr(prediction, "camera_shift", lambda *_, x=wrong: np.array((x, 0.0)))
+        sight = prediction.predictions(history, picture, after)
+        assert sight.shared == (history.picture, picture)
+
+
+def test_a_wrong_prediction_is_checked_at_the_last_place(
+    scene: NDArray[np.uint8], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    still, place = [seen(scene, 100, 100, index) for index in range(14)], Ellipse(150, 110, 12, 12)
+    tracker = Tracker(seed=0)
+    tracker.init(still[0], place)
+    for frame in still[1:8]:
+        tracker.update(frame)
+    monkeypatch.setattr(Prediction, "likeliest", lambda self, history: np.array([60.0, 0.0]))
+    for frame in still[8:]:
+        assert iou(tracker.update(frame).box, place.box) > 0.8
 
 
 def after(frame: Frame, *frames: Frame, shift: tuple[float, float] = (0, 0)) -> Light:

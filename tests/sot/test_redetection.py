@@ -83,6 +83,14 @@ def test_one_of_the_places_is_turned_as_the_gradients_there_are(quarters: int) -
     assert off.std() > 0.05  # anywhere within a bin
 
 
+def test_where_nothing_has_a_direction_any_turn_will_do() -> None:
+    frame = Frame(0, 0.0, np.full((120, 120, 3), 100, np.uint8))
+    last, cue, rng = Ellipse(59.5, 59.5, 10.0, 10.0), Redetection(), np.random.default_rng(8)
+    model, searchers = cue.learn(frame, last), np.tile(np.array(last), (20, 1))
+    turns = [cue.step(rng, model, searchers, frame, last, 1)[1][-1].theta for _ in range(200)]
+    assert np.histogram(turns, 4, (-np.pi / 16, 2 * np.pi - np.pi / 16))[0].min() > 30
+
+
 def test_another_color_speaks_against_a_place_by_the_weight_of_a_search_particle() -> None:
     cue, frame = Redetection(), picture(60, 60)
     model = cue.updated(cue.learn(frame, LAST), frame, LAST, 0.05)  # the first counts as a whole
@@ -98,3 +106,14 @@ def test_another_color_speaks_against_a_place_by_the_weight_of_a_search_particle
         model = cue.updated(model, tinted, LAST, 0.05)
     assert cue.log_odds(model, tinted, LAST) == pytest.approx(0, abs=0.05)
     assert cue.log_odds(model, frame, LAST) == 0  # and is as likely as it was at first
+
+
+def test_searchers_stay_in_the_frame() -> None:
+    frame, cue = picture(60, 60), Redetection()
+    model = cue.learn(frame, LAST)
+    corner = LAST._replace(x=2.0, y=197.0)
+    given = np.tile(np.array(corner), (400, 1))
+    searchers, places = cue.step(np.random.default_rng(6), model, given, frame, corner, 50)
+    for x, y in [*searchers[:, :2].tolist(), *(place[:2] for place in places)]:
+        assert 0 <= x <= 299
+        assert 0 <= y <= 199

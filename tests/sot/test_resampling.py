@@ -14,10 +14,14 @@ from numpy.typing import NDArray
 
 from motes import Tracker, preset, synthetic
 from motes.core.geometry import Ellipse
+from motes.core.track import Status
 from motes.core.types import Floats
+from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian
 from motes.sot.filtering.resampling import RESAMPLINGS, KldSampling, Multinomial, Weights
 from motes.sot.particle_filter import ParticleFilter
+from motes.sot.presets import PRESETS
+from oracles import region, scene
 
 NAMES = RESAMPLINGS.known()
 scheme = pytest.mark.parametrize("name", NAMES)
@@ -70,6 +74,14 @@ def test_systematic_copies_are_within_one_of_the_expected(weights: list[float], 
 
 
 @scheme
+@pytest.mark.parametrize("number", [0.0, 0.5, math.nextafter(1, 0)])
+def test_a_particle_without_weight_is_never_chosen(name: str, number: float) -> None:
+    for weights in ([0, 0, 0.4, 0, 0.6, 0], [0, 1, 0], [0, 0.1, 0.2, 0.7, 0, 0], [0, 1e-300, 0]):
+        w = np.array(weights, float)
+        assert (w[draw(name, fixed(number), w, w.size)] > 0).all()
+
+
+@scheme
 @given(weights=shares, number=st.floats(0, 1, exclude_max=True))
 def test_any_random_number_chooses_a_particle_with_weight(
     name: str, weights: list[float], number: float
@@ -78,6 +90,15 @@ def test_any_random_number_chooses_a_particle_with_weight(
     drawn = draw(name, fixed(number), w, w.size)
     assert drawn.shape == w.shape
     assert (w[drawn] > 0).all()
+
+
+@scheme
+def test_tiny_weights_are_drawn_as_large_ones_are(name: str) -> None:
+    weights = np.array([0.1, 0.0, 0.6, 0.3])
+    for seed in range(20):
+        np.testing.assert_array_equal(
+            copies(name, weights, 40, seed), copies(name, weights * 2.0**-990, 40, seed)
+        )
 
 
 @given(st.lists(st.floats(-700, 700), min_size=1, max_size=30))
@@ -235,3 +256,41 @@ def test_the_weight_of_zhao_and_pei(d: Floats, rate: float) -> None:
     for row, log in zip(d, found, strict=True):
         weights = np.exp(-rate * row)
         np.testing.assert_allclose(Weights.from_log(log).values, weights / weights.sum())
+
+
+def test_the_weights_of_a_step() -> None:
+    """What ng_delp makes of the distances of both cues."""
+    config = PRESETS["ng_delp"]
+    assert isinstance(config, ParticleFilter)
+    tracker = Tracker(config, 3)
+    tracker.init(scene(0, (30, 36)), region((30, 36)))
+    for index in (1, 2):
+        picture = scene(index, (30 + index, 36))
+        tracker.update(picture)
+        info = tracker.info
+        total = np.ones(config.particles)
+        for name, cue in config.cues.items():
+            d = cue.distances(info.models[name], picture, info.ellipses)
+            sigma = d.min() / math.sqrt(2)
+            assert isinstance(config.likelihood, BestParticle)
+            total *= np.exp(-(d**2) / (2 * sigma**2)) + config.likelihood.epsilon
+        np.testing.assert_allclose(info.weights, total / total.sum(), rtol=1e-9)
+        assert info.cue_weights == {"color": 0.5, "edges": 0.5}
+
+
+def test_a_lost_target_gets_more_particles() -> None:
+    rule = AppearanceRule(fraction=0.99, frames=1, margin=1.0, max_threshold=1.0)
+    tracker = Tracker(config(budget=KldSampling(min=10, max=900), presence=rule))
+    tracker.init(CLIP[0], REGION)
+    numbers = []
+    for frame in CLIP[1:]:
+        assert tracker.update(frame).status is Status.SEARCHING
+        numbers.append(len(tracker.info.weights))
+    assert numbers[0] == 100
+    assert min(numbers[2:]) > 150
+
+
+def test_a_change_of_number_needs_a_selection() -> None:
+    """Also with weights that are never unequal enough for one."""
+    chosen = numbers(config(budget=KldSampling(), resampling=Multinomial(threshold=0.0)))
+    assert len(set(chosen)) > 1
