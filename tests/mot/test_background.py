@@ -414,3 +414,23 @@ def test_a_prepared_detector_finds_who_is_in_the_first_frame(
         later = [each.box for each in [*map(detector, film[1:12])][-1]]
         assert len(first) == prepared
         assert len(later) == 1 + (not prepared)  # and leaves no ghost
+
+
+def test_the_usual_colors_are_found_though_objects_cover_them_most_of_the_time() -> None:
+    """Of 31 frames 12 show the ground; the median is that of the objects."""
+    rng = np.random.default_rng(0)
+    ground = np.array([120, 110, 100])
+    pictures = []
+    for index in range(31):
+        color = ground if index % 5 in (0, 1) and index < 30 else rng.integers(0, 80, 3)
+        pictures.append(np.clip(color + rng.integers(-3, 4, (8, 9, 3)), 0, 255).astype(np.uint8))
+    assert np.abs(densest(pictures) - ground).max() <= 4
+    assert np.abs(np.median(pictures, axis=0) - ground).max() > 20
+
+
+def test_patience_has_an_end() -> None:
+    config = BackgroundConfig(history=20, trial=1, patience=8)
+    scene = Scene(BackgroundDetector(config))
+    for index in range(105):
+        scene.update(frame(index, None if index < 5 else min(20 + 4 * (index - 5), 80)))
+    assert scene.detector(frame(105, 80)) == []

@@ -182,3 +182,10 @@ def test_people_who_walk_together_count_each(apart: tuple[float, float]) -> None
 
 def test_before_a_shape_is_usual_all_count() -> None:
     assert counted([*columns(-100, *TWO), *traffic(1)]) == (3, 0)
+
+
+def test_who_trembles_and_turns_back_has_gone_nowhere() -> None:
+    """What is counted on is counted back."""
+    for seed in range(20):
+        found = events([*UP, *noise(0.12, seed), *UP[::-1]])
+        assert found in ([], ["on", "back"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,11 +16,14 @@ from motes.core.callables import import_callable
 from motes.core.detection import Detection, PreparedDetector, best
 from motes.core.errors import ConfigError, MissingDependencyError
 from motes.core.frame import Frame
-from motes.core.geometry import Box
+from motes.core.geometry import Box, iou
+from motes.core.track import Status
 from motes.mot.detection.custom import CustomDetector
 from motes.mot.detection.pretrained import FaceDetector
 from motes.mot.pipeline_config import named_detector
 from motes.mot.scene import Scene
+from motes.sot.tracker import Tracker
+from oracles import sequence
 
 EMPTY = Frame(0, 0.0, np.zeros((80, 100, 3), np.uint8))
 
@@ -51,6 +55,21 @@ def test_without_dlib_the_remedy_is_named(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setitem(sys.modules, "dlib", None)
     with pytest.raises(MissingDependencyError, match=r"pip install 'motes\[faces\]'"):
         FaceDetector()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(importlib.util.find_spec("dlib") is None, reason="dlib is not installed")
+def test_a_found_face_is_followed(data: Path) -> None:
+    """As `motes track --detect face` does; with color alone David was lost in frame 13."""
+    frames, boxes = sequence(data / "sot" / "David", 30)
+    found = best(FaceDetector()(frames[0]), frames[0])
+    assert found is not None
+    tracker = Tracker()
+    tracker.init(frames[0], found.box)
+    for frame, truth in zip(frames[1:], boxes[1:], strict=True):
+        track = tracker.update(frame)
+        assert track.status is Status.TRACKING
+        assert iou(track.box, truth) > 0.6
 
 
 FRAME = Frame(4, 0.2, np.zeros((60, 80, 3), np.uint8))

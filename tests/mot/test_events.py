@@ -77,6 +77,16 @@ def test_parts_of_one_path_cross_once(
     assert [(e.frame, e.identity) for e in events if e.event == "crosses"] == crosses
 
 
+def test_a_path_that_another_has_continued_does_not_cross_again() -> None:
+    counting = EventCounter(Regions((Line((50, 0, 50, 99)),)))
+    tracks = [[seen(i, (10 * i, 40))] for i in range(5)]
+    hidden = [seen(i, (0, 0), Status.OCCLUDED) for i in range(12)]
+    tracks += [[hidden[i], seen(i, (10 * i, 40), identity=2)] for i in range(6, 9)]
+    tracks += [[seen(i, (10 * i, 40)), seen(i, (10 * i, 45), identity=2)] for i in range(9, 14)]
+    events = [event for each in tracks for event in counting.update(each)]
+    assert [(e.frame, e.identity) for e in events if e.event == "crosses"] == [(6, 2)]
+
+
 def test_who_stays_is_told_once_for_each_visit() -> None:
     square = (60.0, 0.0, 90.0, 0.0, 90.0, 99.0, 60.0, 99.0)
     places = Regions(
@@ -90,6 +100,19 @@ def test_who_stays_is_told_once_for_each_visit() -> None:
     assert counting.counts[0, "stays", "desk", "", ""] == 2
     left = [(e.frame, e.seconds) for e in events if (e.event, e.place) == ("leaves", "desk")]
     assert left == [(6, 1.5), (12, 0.75)]
+
+
+def test_who_is_hidden_while_it_stays_is_told_when_it_comes_up() -> None:
+    square = (60.0, 0.0, 90.0, 0.0, 90.0, 99.0, 60.0, 99.0)
+    counting = EventCounter(Regions(zone=(Zone(square, "desk", dwell=1),)))
+    events = told(
+        counting,
+        seen(0, (70, 40)),
+        seen(1, (70, 40)),
+        seen(5, (70, 40), Status.OCCLUDED),
+        seen(7, (70, 40)),
+    )
+    assert [(e.frame, e.seconds) for e in events if e.event == "stays"] == [(7, 1.75)]
 
 
 def test_what_is_hidden_crosses_when_it_comes_up() -> None:
@@ -265,6 +288,14 @@ def test_who_is_found_or_lost_upon_a_line_is_said(feet: list[float], unsure: boo
     assert any(said in each for each in counting.remarks()) == unsure
 
 
+def test_who_is_not_lost_where_another_goes_on_is_not_said() -> None:
+    counting = gate()
+    tracks = [seen(i, (38 + 2 * i, 40)) for i in range(6)]
+    tracks += [seen(7 + i, (52 + 2 * i, 40), identity=2) for i in range(6)]
+    told(counting, *tracks)
+    assert [*counting.finish(), counting.abrupt["line 1"]] == [0]
+
+
 @pytest.mark.parametrize(
     ("feet", "lost", "unsure"),
     [
@@ -289,6 +320,14 @@ def test_who_comes_in_at_the_edge_of_the_picture_is_not_found_inside() -> None:
     counting = EventCounter(Regions(zone=(zone,)), (100, 100))
     assert visits(counting, [3, 3, 4, 5, *range(6, 80)]) == [(0, "enters"), (48, "leaves")]
     assert counting.remarks() == []
+
+
+def test_what_is_hidden_while_it_walks_has_not_jumped() -> None:
+    counting = gate()
+    tracks = [seen(i, (32 + i, 40)) for i in range(8)]
+    tracks += [seen(i, (0, 0), Status.OCCLUDED) for i in range(8, 16)]
+    events = told(counting, *tracks, *(seen(i, (57 + i, 40)) for i in range(16, 20)))
+    assert [(e.frame, e.event) for e in events] == [(0, "appears"), (16, "crosses")]
 
 
 def visits(

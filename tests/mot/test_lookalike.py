@@ -6,11 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, iou
 from motes.mot.detection.lookalike import LIMIT, LookalikeConfig, LookalikeDetector
 from motes.mot.pipeline_config import lookalike_detector
+from motes_lab.papers.zhao_pei_team import parse_team
+from motes_lab.papers.zhao_pei_team import team as follow_team
 
 RED, BLUE, WHITE, LAWN = (200, 30, 30), (40, 50, 160), (235, 235, 235), (60, 120, 40)
 SIZE = 14, 30
@@ -69,3 +72,18 @@ def test_of_what_another_detector_finds_the_alike_are_kept(tmp_path: Path) -> No
     assert len(found) == 3
     for x, y in TEAM[:3]:
         assert max(float(iou((x, y, *SIZE), each.box)) for each in found) > 0.5
+
+
+@pytest.mark.slow
+def test_the_players_of_a_team_are_followed(data: Path) -> None:
+    """Boxes by hand in the first four of twelve frames of a film whose camera pans."""
+    text = (Path(__file__).parents[2] / "lab/tests/truth/team.toml").read_text()
+    marked = parse_team(text, "team.toml")
+    marked = replace(marked, frame=marked.frame[:4])
+    *_, result = follow_team(marked, data / "sot" / marked.sequence / "img")
+    (table,) = result.tables.values()
+    objects, _, _, precision, recall = (cell.value or 0 for cell in table.foot[0][1:])
+    assert objects == 19
+    assert precision >= 0.6
+    assert recall >= 0.5
+    assert int(table.note.split()[0]) <= 20  # there are ten of them

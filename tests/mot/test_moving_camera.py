@@ -77,6 +77,13 @@ def test_writing_that_stays_in_the_picture_is_not_the_ground(model: Model) -> No
     np.testing.assert_allclose(middle[:2] / middle[2], (115, 110), atol=0.5)
 
 
+def test_where_nothing_can_be_followed_there_is_no_motion() -> None:
+    flat, camera = np.full((160, 240, 3), 90, np.uint8), GlobalMotion()
+    assert camera.update(flat) is None
+    assert camera.update(flat) is None
+    assert camera.update(np.full((80, 80, 3), 90, np.uint8)) is None
+
+
 def walkers(index: int) -> tuple[Frame, list[Detection]]:
     """Return a frame of a camera that jumps to and fro, and three alike in a row before it."""
     pixels, middle = GROUND.copy(), 300 + 20 * (index % 2)
@@ -153,6 +160,24 @@ def test_what_moves_is_found_while_the_camera_pans() -> None:
     assert hits >= 20  # from frame 21 on
     assert detector.motion is not None
     np.testing.assert_allclose(detector.motion[:2, 2], (-2, 0), atol=0.3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("sways", [False, True])
+def test_what_stays_in_the_picture_exactly_is_writing(sways: bool) -> None:
+    """An object that a camera follows stays in the picture too, but not to a pixel."""
+    rng, detector = np.random.default_rng(5), PannedDetector()
+    written, found = Box(150, 110, 20, 30), 0
+    for index in range(40):
+        frame, box = panned(index)
+        x, y = np.array((150, 110)) + sways * rng.integers(-2, 3, 2)
+        frame.pixels[y : y + 30, x : x + 20] = RED
+        frame.pixels[y + 2 : y + 28 : 4, x + 2 : x + 18] = 255
+        boxes = [each.box for each in detector(frame)]
+        found += index >= 20 and any(iou(written, each) > 0.4 for each in boxes)
+        if 21 <= index < 28:  # before the other one comes there
+            assert any(iou(box, each) > 0.6 for each in boxes)
+    assert found >= 15 if sways else found == 0
 
 
 def test_each_detector_gets_what_it_needs_before_a_camera() -> None:

@@ -58,6 +58,14 @@ def test_where_hidden_objects_may_come_up_is_what_all_pairs_say() -> None:
     np.testing.assert_allclose(off, shares[i, j])
 
 
+def test_an_object_that_may_be_anywhere_is_found_nowhere() -> None:
+    place, area = np.array([[[100.0, 100, 12, 12, 0]] * 2]), 640 * 360
+    here, beside = np.array([[94.0, 94, 13, 13], [154, 94, 13, 13]])
+    for sigma, found in (0.5, [0]), (5, [0, 1]), (19, []):
+        _, j, _ = near(place, np.full((1, 2), sigma**2), np.stack([here, beside]), area)
+        assert j.tolist() == found, sigma
+
+
 @pytest.mark.parametrize("block", [3, 1000])
 def test_each_detection_drops_those_after_it_that_are_the_same(
     block: int, monkeypatch: pytest.MonkeyPatch

@@ -135,6 +135,26 @@ def test_covariances_are_those_of_samples() -> None:
     np.testing.assert_allclose(found[1], np.cov(places.T), rtol=0.12, atol=2e-5)
 
 
+@pytest.mark.slow
+def test_speeds_are_near_and_their_deviations_honest() -> None:
+    """Over many noisy walks at 2 m/s, about 95 % of the intervals hold the truth."""
+    rng = np.random.default_rng(1)
+    factor = np.linalg.cholesky(COVARIANCE[:2, :2])
+    inside, errors, deviations = [], [], []
+    for _ in range(200):
+        motion = GroundMotion(RealUnits(Ground(scale=50.0)))
+        for frame in range(20):
+            x, y = [3.2 * frame, 2.4 * frame] + factor @ rng.normal(size=2)
+            place = motion.update(track(frame, x, y))
+        speed, deviation = place.number("speed"), place.number("speed_std")
+        errors.append(speed - 2.0)
+        deviations.append(deviation)
+        inside.append(abs(speed - 2.0) < 1.96 * deviation)
+    assert abs(np.mean(errors)) < 0.03
+    assert 0.9 < np.mean(inside) <= 1.0
+    assert np.std(errors) == pytest.approx(np.mean(deviations), rel=0.3)
+
+
 def test_a_live_speed_is_that_of_a_quarter_of_a_second_ago_and_none_in_hindsight() -> None:
     """A fall, 9.81 m/s², at 50 frames a second: a line is true in the middle of its time."""
     units = RealUnits(Ground(scale=50.0))
@@ -248,3 +268,24 @@ def test_speeds_in_metres() -> None:
 def test_what_is_no_ground(values: dict[str, object], said: str) -> None:
     with pytest.raises(ConfigError, match=said):
         Ground(**values)  # type: ignore[arg-type]
+
+
+def test_noise_on_many_points_averages_out() -> None:
+    moves = np.random.default_rng(0).normal(0, 0.5, (len(POINTS), 2)).tolist()
+    noisy = tuple(
+        (x + dx, y + dy, far, near)
+        for (x, y, far, near), (dx, dy) in zip(POINTS, moves, strict=True)
+    )
+    found = Ground(points=noisy).metres(seen_by_a_camera(1, 6))
+    assert found == pytest.approx((1, 6), abs=0.1)
+
+
+def test_speed_does_not_depend_on_the_distance() -> None:
+    speeds = []
+    for y in (4.0, 12.0):
+        counting = EventCounter(Regions.parse(f"[ground]\npoints = {[list(p) for p in POINTS]}"))
+        feet = [seen_by_a_camera(0.5 * i, y) for i in range(5)]
+        told(counting, *(seen(i, foot) for i, foot in enumerate(feet)))
+        (gone,) = told(counting, seen(5, feet[-1], Status.LOST))
+        speeds.append(gone.metres_per_second)
+    assert speeds == pytest.approx([2.0, 2.0], rel=1e-6)  # half a metre in a quarter of a second

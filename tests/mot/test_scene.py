@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import itertools
+import sys
 import threading
 import time
 from collections.abc import Iterator, Sequence
@@ -22,9 +24,10 @@ from motes.mot.boxes import as_rows
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.overlaps import occlusion_candidates
 from motes.mot.scene import Scene
-from motes.mot.scene_config import DetectionSelection, Initiation, SceneConfig
+from motes.mot.scene_config import DetectionSelection, Initiation, SceneConfig, scene_config
 from motes.mot.stages.associate import split_merged_blob
 from motes.mot.track_initiation import SCORES, TrackInitiation
+from motes.synthetic.clips import Clip, Target
 from scene_objects import grid, quick
 from waiting import wait_until
 
@@ -55,6 +58,20 @@ class Stage:
 
 def walker(index: int, x: float = 20, y: float = 30) -> Box:
     return Box(x + 3 * index, y, 16, 30)
+
+
+@pytest.mark.slow
+def test_identities_are_never_used_twice() -> None:
+    stage = Stage()
+    seen = []
+    for visit in range(2):
+        for i in range(10):
+            said = stage.show([walker(i)])
+        seen += [each.identity for each in said]
+        for _ in range(60):
+            stage.show([None])
+        assert stage.scene.terminated == visit + 1
+    assert seen == [1, 2]
 
 
 @pytest.mark.slow
@@ -117,6 +134,30 @@ def test_tracks_of_one_object_do_not_depend_on_others() -> None:
     assert (len(first), len(second)) == (1, 2)
 
 
+@pytest.mark.slow
+def test_noise_neither_crashes_nor_grows() -> None:
+    rng = np.random.default_rng(0)
+    noise = rng.integers(0, 64, (16, 24, 32, 3), np.uint8)
+    pictures = rng.integers(0, 192, (24, 32, 3), np.uint8) + noise  # of one place: no film of cuts
+    found: list[Detection] = []
+
+    def detector(frame: Frame) -> list[Detection]:
+        if frame.index % 10 == 0:  # long enough for births
+            boxes = rng.uniform((-5, -5, 1, 1), (32, 24, 20, 20), (rng.integers(3), 4))
+            found[:] = [Detection(Box(*box), float(rng.random())) for box in boxes.tolist()]
+        return found if frame.index % 10 < 4 else []
+
+    scene, sizes, most = Scene(detector, scene_config(quick(particles=5))), [], 0
+    for index, pixels in zip(range(500), itertools.cycle(pictures)):
+        most = max(most, len(scene.update(Frame(index, index / 25, pixels))))
+        if index in (250, 499):
+            gc.collect()
+            sizes.append(sys.getallocatedblocks())
+    assert scene.created >= scene.terminated > 10
+    assert most < 20  # who is not seen again is gone after some seconds
+    assert sizes[1] < sizes[0] + 600  # accounts alone would take more, kept for good
+
+
 @pytest.mark.parametrize("motion", [np.eye(2, 3), np.full((3, 3), np.nan), np.zeros((3, 3)), "up"])
 def test_a_motion_that_is_no_homography_is_refused(motion: Any) -> None:
     class Moved:
@@ -152,6 +193,32 @@ def test_frames_must_fit() -> None:
     for seed in (-1, 1 << 64, 1.5):
         with pytest.raises(ConfigError, match=r"seed is a whole number from 0 to 2\*\*64 - 1; got"):
             Scene(lambda _: [], seed=seed)  # type: ignore[arg-type]
+
+
+@pytest.mark.slow
+def test_identities_survive_full_occlusion() -> None:
+    """From pixels alone: one walks behind a longer one for 15 frames, and onwards."""
+    pytest.importorskip("cv2")
+    empty = 60  # frames in which a background is learned
+    x = np.concatenate([np.full(empty, -45.6), np.arange(-45.6, 200, 1.6)])
+    behind = np.stack(np.broadcast_arrays(x, 75.0, 24.0, 17.0, 0.0), axis=1)
+    before = np.stack(np.broadcast_arrays(239 - x, 75.0, 45.6, 25.0, np.pi), axis=1)
+    green = (120, 190, 110), (30, 70, 40), (240, 240, 120)
+    red = (200, 80, 80), (90, 20, 20), (250, 180, 120)
+    clip = Clip((240, 150), (Target(behind, green), Target(before, red)), seed=30)
+    scene, who, visible = Scene(BackgroundDetector()), list[list[int]](), list[float]()
+    for frame, truths in clip:
+        said = [each for each in scene.update(frame) if each.status is Status.TRACKING]
+        there = [[t.identity for t in said if iou(t.box, one.ellipse.box) > 0.4] for one in truths]
+        who.append([max(each, default=0) for each in there])
+        visible.append(truths[0].visible)
+    inside = empty + 50  # by when both have come in
+    first, last = inside + np.flatnonzero(np.array(visible[inside:]) < 0.98)[[0, -1]]
+    early, late = np.array(who[first - 10 : first - 5]), np.array(who[last + 5 : last + 10])
+    for k in range(2):
+        identity = np.bincount(early[:, k]).argmax()
+        assert identity > 0
+        assert (late[:, k] == identity).mean() > 0.8
 
 
 # Ahead
@@ -276,6 +343,37 @@ def test_of_too_many_detections_the_surest_are_taken_and_that_is_told_once(
     assert scene.warnings == {
         "limit": "Frame 0: there are 12 detections; only the 8 surest are taken."
     }
+
+
+@pytest.mark.slow
+def test_four_times_the_objects_take_four_times_the_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Sixteen times, if anything was asked of each pair; the work is counted, not timed."""
+    monkeypatch.setattr(track_initiation, "LOWEST", 0.0)
+
+    def calls(count: int) -> int:
+        """Return the calls of functions after so many births: all detected, half, and all."""
+        there: list[Detection] = []
+        scene, called, boxes = Scene(lambda _: there, config()), 0, grid(count, 0.36)
+
+        def noted(_frame: object, event: str, _argument: object) -> None:
+            nonlocal called
+            called += event in ("call", "c_call")
+
+        before = sys.getprofile()
+        for index in range(7):
+            shown = boxes[::2] if index == 4 else boxes
+            doubles = [(shown, 1.0), (shown + 0.01, 0.9)]
+            there = [Detection(Box(*box), score) for some, score in doubles for box in some]
+            sys.setprofile(noted if index >= 3 else before)
+            try:
+                scene.update(Frame(index, index / 5, GRAY))
+            finally:
+                sys.setprofile(before)
+        assert scene.created == count
+        return called
+
+    calls(80)  # imports, also those that only many need
+    assert calls(80) < 6 * calls(20)
 
 
 def test_how_sure_detections_are_is_judged_by_all_of_a_large_frame(

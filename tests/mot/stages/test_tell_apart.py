@@ -12,6 +12,7 @@ from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status
+from motes.core.types import Floats
 from motes.mot.look import Look, costs, looks_at
 from motes.mot.scene import Scene
 from motes.mot.stages.tell_apart import tell_apart
@@ -67,6 +68,20 @@ def test_who_is_hidden_may_be_the_one_that_is_seen() -> None:
     assert after(two, RED, BLUE) == [1, 2]
 
 
+def test_an_unknown_look_costs_as_much_as_one_between_one_person_and_two() -> None:
+    """At the mean distances of one person before and after an occlusion, and of two people."""
+
+    def away(distance: float) -> Floats:
+        """Return a histogram so far from the first one."""
+        share = (1 - distance**2) ** 2
+        return np.array([share, 1 - share])
+
+    known = Look(away(0), away(0))
+    seen = Look(away(0.49), away(0.31)), Look(away(0.81), away(0.36))
+    (one, unknown), (two, other) = costs(seen, [known, None])
+    assert unknown == other == pytest.approx((one + two) / 2, abs=0.5)
+
+
 @pytest.mark.parametrize("why", ["never met", "detection of somebody unknown", "at the border"])
 def test_nobody_is_exchanged_who(why: str) -> None:
     two = met((RED, BLUE), others=[] if why == "never met" else [1, 2])
@@ -77,6 +92,15 @@ def test_nobody_is_exchanged_who(why: str) -> None:
             for each in two
         ]
     assert after(two, BLUE, RED, free=free) == [1, 2]
+
+
+def test_an_exchange_takes_the_models_along_and_leaves_the_places() -> None:
+    before = met((RED, BLUE), others=[1, 2])
+    now = tell_apart(before, (), picture(1, *zip(PLACES, (BLUE, RED), strict=False)), TOUCH)
+    assert [each.identity for each in now] == [2, 1]
+    assert [each.track for each in now] == [each.track for each in before]
+    assert [each.rng for each in now] == [each.rng for each in before[::-1]]
+    assert now[0].state.models == before[1].state.models
 
 
 def test_what_is_decided_may_be_decided_again_until_all_have_been_seen_for_some_frames() -> None:
