@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from clips import clip, picture
+from clips import clip, picture, remuxed
 from motes.cli import main
 from motes.cli.exit_codes import AWAY
 from motes.core.errors import AwayError, ConfigError, SourceError
@@ -288,3 +288,66 @@ def test_an_interrupt_ends_the_opening_of_a_silent_pipe(
         with pytest.raises(KeyboardInterrupt):
             open_source(name)
     assert not [each for each in threading.enumerate() if "ThreadPool" in each.name]
+
+
+def test_the_end_ends_who_waits() -> None:
+    film = Film()
+    got: list[Frame] = []
+    frames = reading(film)
+    with frames:
+        other = threading.Thread(target=lambda: got.extend(frames))
+        other.start()
+        film.stop()
+    other.join(20)
+    assert not other.is_alive()
+    assert got == []
+
+
+def test_an_error_in_such_a_file_stays_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(decoder, "READ_TIMEOUT", 0.4)
+    data, done = clip(tmp_path / "a.ts", 75).read_bytes(), threading.Event()
+
+    def send(connection: socket.socket, number: int) -> None:
+        connection.sendall(HEAD + b"\r\n" + data)
+        done.wait()
+
+    with server(send) as url, open_source(url, on_drop=lambda line: None) as source:
+        with pytest.raises(SourceError, match="does not answer"):
+            list(source)
+        assert source.report.decoded == 75
+    done.set()
+
+
+def test_a_recording_stays_one_while_nobody_takes_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = Clock(monkeypatch)
+    told = Pace()
+    for index in range(2000):
+        clock.now += 0.01 if index < 400 else 1.0
+        told.note(index * 0.04)
+    assert told.recorded
+
+
+def test_a_camera_that_hangs_up_is_an_error_for_who_does_not_reconnect() -> None:
+    with server(jpegs) as url, open_source(url) as source:
+        with pytest.raises(SourceError, match="ended"):
+            list(source)
+        assert source.report.decoded == 10
+
+
+@pytest.mark.parametrize("frames", [10, pytest.param(70, marks=pytest.mark.slow)])
+def test_an_mp4_with_its_index_at_the_end_is_told_from_a_damaged_one(
+    tmp_path: Path, frames: int
+) -> None:
+    film = clip(tmp_path / "film.mp4", frames, width=160, height=120, noisy=True)
+    with sent(remuxed(film), tmp_path) as (name, close):
+        close()
+        with pytest.raises(SourceError, match=r"index at the end.*give the file, or send MPEG-TS"):
+            list(open_source(name))
+
+
+def test_an_mp4_of_fragments_is_read_from_a_pipe(tmp_path: Path) -> None:
+    data = remuxed(clip(tmp_path / "film.mp4", 20), movflags="frag_keyframe+empty_moov")
+    with sent(data, tmp_path) as (name, close):
+        close()
+        with open_source(name) as source:
+            assert len(list(source)) == 20

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import gc
+import itertools
 import os
 import platform
 import socket
@@ -118,6 +120,39 @@ def test_variable_frame_rate_keeps_its_times(tmp_path: Path, ending: str) -> Non
     assert report.problems is None
 
 
+def test_missing_time_stamps_are_replaced_and_counted(tmp_path: Path) -> None:
+    # AVI stores no time stamps; those of reordered pictures are guessed, and wrong.
+    frames, report = read(clip(tmp_path / "reordered.avi", 50))
+    assert len(frames) == 50
+    for frame, following in itertools.pairwise(frames):
+        assert following.time - frame.time > 0.03
+        assert frame.time == pytest.approx(frame.index / 25, abs=0.13)
+    assert report.retimed > 0
+    assert "time stamp" in (report.problems or "")
+
+
+def test_time_stamps_that_jump_back_are_replaced_and_counted(tmp_path: Path) -> None:
+    path = clip(tmp_path / "twice.ts", 20)
+    path.write_bytes(path.read_bytes() * 2)
+    frames, report = read(path)
+    assert len(frames) == 40
+    assert (np.diff([frame.time for frame in frames]) > 0.01).all()
+    assert report.retimed == 20
+
+
+def test_a_turned_photograph_is_upright_whoever_reads_it(tmp_path: Path) -> None:
+    """FFmpeg attaches data that PyAV does not know, and then tells no more than the angle."""
+    image = Image.fromarray(picture(0))
+    exif = image.getexif()
+    for orientation in (1, 3, 6, 8):
+        exif[0x0112] = orientation
+        image.save(tmp_path / "turned.jpg", exif=exif, quality=95)
+        (tmp_path / "turned.bin").write_bytes((tmp_path / "turned.jpg").read_bytes())
+        frames, _ = read(tmp_path / "turned.bin")
+        error = np.abs(frames[0].pixels.astype(int) - read_image(tmp_path / "turned.jpg"))
+        assert error.mean() < 4
+
+
 @pytest.mark.parametrize(
     "matrix", [(0, 1, -1, 0), (-1, 0, 0, -1), (0, -1, 1, 0), (-1, 0, 0, 1), (0, 1, 1, 0)]
 )
@@ -149,6 +184,15 @@ def test_pixels_that_are_not_square_are_left_so_and_said(tmp_path: Path) -> None
     assert frames[0].pixels.shape == (48, 64, 3)
     assert report.aspect == 2
     assert "2.00 times as wide" in (report.problems or "")
+
+
+@pytest.mark.parametrize("fps", [10, 50])
+def test_a_raw_stream_without_times_has_the_rate_that_it_says(tmp_path: Path, fps: int) -> None:
+    with open_source(clip(tmp_path / "raw.h264", 30, fps=fps)) as source:
+        assert source.fps == fps
+        frames = list(source)
+    assert [frame.time for frame in frames] == pytest.approx([i / fps for i in range(30)])
+    assert source.report.retimed == 30
 
 
 @pytest.mark.parametrize(
@@ -214,6 +258,19 @@ def test_sound_that_outlasts_the_pictures_is_no_truncation(tmp_path: Path) -> No
         assert source.report.problems is None
 
 
+def test_a_damaged_mkv_is_read_to_its_end(tmp_path: Path) -> None:
+    path = spoil(clip(tmp_path / "damaged.mkv", 100, noisy=True), 40, 3)
+    naive = 0
+    with contextlib.suppress(av.FFmpegError), av.open(str(path)) as container:
+        for _ in container.decode(video=0):
+            naive += 1
+    frames, report = read(path)
+    assert naive < 45
+    assert len(frames) == 97
+    assert report.skipped == 3
+    assert "skipped" in (report.problems or "")
+
+
 def test_a_row_of_bad_packets_is_skipped_but_not_a_longer_one(tmp_path: Path) -> None:
     path = clip(tmp_path / "spoiled.mp4", MAX_BAD_PACKETS + 20, options={"g": "1", "bf": "0"})
     frames, report = read(spoil(path, 5, MAX_BAD_PACKETS))
@@ -225,6 +282,13 @@ def test_a_row_of_bad_packets_is_skipped_but_not_a_longer_one(tmp_path: Path) ->
     message = error_of(spoil(path, 5, MAX_BAD_PACKETS + 1))
     assert "65 packets in a row" in message
     assert "after frame 4" in message
+
+
+def test_a_file_without_a_next_packet_is_given_up(tmp_path: Path) -> None:
+    path = clip(tmp_path / "raw.y4m", 30, width=128, height=96, codec="wrapped_avframe")
+    before, mark, after = path.read_bytes().rpartition(b"FRAME")
+    path.write_bytes(before + mark.lower() + after)
+    assert "after frame 28" in error_of(path)
 
 
 def test_a_change_of_size_in_a_video_is_refused(tmp_path: Path) -> None:
@@ -409,6 +473,15 @@ def test_the_bits_that_a_film_of_16_uses_are_found_once_and_said(tmp_path: Path,
         np.testing.assert_array_equal(next(opened).pixels, frames[3].pixels)
 
 
+def test_pictures_that_are_too_bright_for_the_depth_are_counted(tmp_path: Path) -> None:
+    for number in range(40):
+        shade = 60000 if number == 17 else 900
+        Image.fromarray(np.full((4, 4), shade, np.uint16)).save(tmp_path / f"{number}.png")
+    with open_source(tmp_path) as source:
+        assert {int(frame.pixels.max()) for frame in source} == {255, 900 >> 2}
+    assert "1 picture(s) too bright for 10 bits" in (source.report.problems or "")
+
+
 # Cameras and servers
 
 
@@ -501,6 +574,19 @@ def test_a_server_that_stops_sending_is_noticed(
             list(source)
         assert source.report.decoded > 20
     assert "secret" not in str(caught.value)
+
+
+def test_pictures_are_freed_at_once(tmp_path: Path) -> None:
+    """A picture in a cycle of references would wait for Python's search for such cycles."""
+    gc.collect()
+    gc.disable()
+    try:
+        with open_source(clip(tmp_path / "a.mp4", 12)) as source:
+            for _ in source:
+                pass
+        assert sum(isinstance(each, av.VideoFrame) for each in gc.get_objects()) < 4
+    finally:
+        gc.enable()
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -54,6 +55,12 @@ def test_wrong_stamps_are_replaced_and_no_other(
     assert replaced == len(wrong) or stamps is VARIABLE
 
 
+def test_of_two_equal_stamps_the_uneven_one_is_replaced() -> None:
+    found, replaced = times([*EVEN[:20], EVEN[21], *EVEN[21:]])
+    assert found == pytest.approx(EVEN)
+    assert replaced == 1
+
+
 def test_what_comes_live_is_not_waited_for() -> None:
     def coming() -> object:
         for stamp in EVEN:
@@ -63,6 +70,18 @@ def test_what_comes_live_is_not_waited_for() -> None:
     asked = list[float]()
     for count, _ in enumerate(timed(coming(), 25, Report()), start=1):  # type: ignore[arg-type]
         assert len(asked) == count
+
+
+def test_an_error_comes_after_the_pictures_before_it() -> None:
+    def broken() -> object:
+        for stamp in EVEN[:5]:
+            yield stamp, lambda: picture(0)
+        raise SourceError("no more.")
+
+    found = timed(broken(), 25, Report(), ahead=AHEAD)  # type: ignore[arg-type]
+    assert len([*itertools.islice(found, 5)]) == 5
+    with pytest.raises(SourceError):
+        next(found)
 
 
 def test_lost_pictures_count_as_lost(tmp_path: Path) -> None:

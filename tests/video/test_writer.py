@@ -70,6 +70,24 @@ def test_what_is_written_can_be_read(tmp_path: Path, ending: str) -> None:
         assert np.abs(frame.pixels - expected.astype(int)).mean() < 6
 
 
+def test_colors_survive(tmp_path: Path) -> None:
+    colors = [(200, 30, 30), (30, 200, 30), (30, 30, 200), (128, 128, 128)]
+    pixels = np.repeat(np.array([colors], np.uint8), 16, axis=1).repeat(32, axis=0)
+    with VideoWriter(tmp_path / "colors.mp4", 25) as writer:
+        writer.write(pixels)
+    with open_source(tmp_path / "colors.mp4") as source:
+        seen = next(source).pixels[16, 8::16].astype(int)
+    assert np.abs(seen - colors).max() <= 6
+
+
+def test_times_that_do_not_increase_still_keep_every_picture(tmp_path: Path) -> None:
+    with VideoWriter(tmp_path / "out.mp4", 25) as writer:
+        for index in range(5):
+            writer.write(picture(index), 0.1)
+    with open_source(tmp_path / "out.mp4") as source:
+        assert len(list(source)) == 5
+
+
 def test_what_cannot_be_written_is_refused_at_once(tmp_path: Path) -> None:
     existing = tmp_path / "existing.mp4"
     existing.write_text("precious")
@@ -98,6 +116,12 @@ def test_overwriting_happens_only_in_the_end(tmp_path: Path) -> None:
         assert path.read_text() == "old"
     with open_source(path) as source:
         assert len(list(source)) == 1
+
+
+def test_without_pictures_there_is_no_file(tmp_path: Path) -> None:
+    with VideoWriter(tmp_path / "out.mp4", 25):
+        pass
+    assert os.listdir(tmp_path) == []
 
 
 def test_a_picture_that_does_not_fit_is_refused(tmp_path: Path) -> None:
