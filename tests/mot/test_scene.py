@@ -27,7 +27,8 @@ from motes.mot.scene import Scene
 from motes.mot.scene_config import DetectionSelection, Initiation, SceneConfig, scene_config
 from motes.mot.stages.associate import split_merged_blob
 from motes.mot.track_initiation import SCORES, TrackInitiation
-from motes.synthetic.clips import Clip, Target
+from motes.synthetic.beetle import Target
+from motes.synthetic.clips import Clip
 from scene_objects import grid, quick
 from waiting import wait_until
 
