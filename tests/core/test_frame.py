@@ -131,3 +131,9 @@ def test_a_time_is_a_number(time: Any) -> None:
     with pytest.raises(SourceError, match=r"^Frame 3 has the time .*; give it seconds"):
         Frame(3, time, np.zeros((4, 5, 3), np.uint8))
     assert Frame(3, np.float32(0.5), np.zeros((4, 5, 3), np.uint8)).time == 0.5  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("index", [None, "1", 1.5])
+def test_an_index_is_a_whole_number(index: Any) -> None:
+    with pytest.raises(SourceError, match="index is a whole number"):
+        Frame(index, 0.0, np.zeros((4, 5, 3), np.uint8))

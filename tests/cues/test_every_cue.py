@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import motes
 from motes import kernels
 from motes.core.errors import ConfigError
 from motes.core.geometry import Ellipse
@@ -27,6 +28,7 @@ from motes.cues import (
 from motes.cues.sampling import Checkerboard, Lattice, Sampling
 from motes.cues.search_window import features
 from motes.filtering import Confined
+from motes.mot.expected import CUE, Expected
 from oracles import bhattacharyya, frame, mosaic, pictures, regions, rows
 
 CUES = (
@@ -213,3 +215,17 @@ def test_samples_of_any_value_have_a_color_and_a_sector() -> None:
     kernels.bilinear.box_means(sums, boxes, means)
     assert ((means >= 0) & (means <= 1)).all()
     assert features(samples).shape == (30, 6, 6)
+
+
+@pytest.mark.parametrize("samples", [*([each] for each in WILD), [], [[1.0, 2, 3, 4]], None])
+def test_nothing_wild_is_expected(samples: Any) -> None:
+    tracker = motes.Tracker("nummiaro")
+    tracker.init(PICTURE.pixels, (20, 12, 16, 14))
+    scene = motes.Scene(lambda frame: [])
+    model = CUE.learn(PICTURE, GOOD)
+    with pytest.raises(ConfigError):
+        tracker.expect(samples)
+    with pytest.raises(ConfigError):
+        scene.expect([Expected(1, samples, np.zeros(2), model, True)])
+    with pytest.raises(ConfigError, match="velocity"):
+        scene.expect([Expected(1, rows(GOOD), np.array([np.nan, 0]), model, True)])

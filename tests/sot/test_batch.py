@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -106,3 +109,17 @@ def test_saved_trackers_go_on(tmp_path: Path, threads: int) -> None:
             Trackers.load(tmp_path / "broken")
     with pytest.raises(FormatError, match="has no state of its configuration"):
         Tracker.load(tmp_path / "saved")
+
+
+@pytest.mark.parametrize(
+    "twice", [copy.copy, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))]
+)
+def test_a_copy_is_independent(twice: Callable[[Trackers], Trackers]) -> None:
+    with Trackers("nummiaro", threads=2) as trackers:
+        trackers.init(CLIP[0], REGIONS)
+        trackers.update(CLIP[1])
+        with twice(trackers) as other:
+            found = other.update(CLIP[2])
+            other.remove(0)
+        again = trackers.update(CLIP[2])
+        assert [track.ellipse for track in found] == [track.ellipse for track in again]

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from motes import Tracker, preset, synthetic
+from motes import ConfigError, Tracker, preset, synthetic
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.core.types import Floats
@@ -294,3 +294,8 @@ def test_a_change_of_number_needs_a_selection() -> None:
     """Also with weights that are never unequal enough for one."""
     chosen = numbers(config(budget=KldSampling(), resampling=Multinomial(threshold=0.0)))
     assert len(set(chosen)) > 1
+
+
+def test_a_range_upside_down() -> None:
+    with pytest.raises(ConfigError, match="min is 60, and max is 50; make min smaller"):
+        KldSampling(min=60, max=50)

@@ -464,6 +464,19 @@ def test_a_known_target_is_found_when_it_comes(
     assert covers(track, region(center))
 
 
+def test_what_another_tracker_sees_is_found_at_once() -> None:
+    tracker = Tracker("nummiaro", 1)
+    tracker.search(scene(0, None), known("nummiaro"))
+    assert tracker.update(scene(1, None)).status is Status.SEARCHING
+    tracker.expect(np.tile(np.array(region(path(2))), (100, 1)))
+    assert tracker.update(scene(2, path(2))).status is Status.TRACKING
+    config = preset("nummiaro")
+    assert isinstance(config, ParticleFilter)
+    models = {"color": known("nummiaro").model}
+    samples = np.tile(np.array(region(path(2))), (100, 1))
+    assert config.hand_over(scene(2, path(2)), models, samples)[1].track.status is Status.TRACKING
+
+
 def test_searches_that_are_refused() -> None:
     shift = Tracker("mean_shift")
     for tracker in (shift, Tracker("default")):

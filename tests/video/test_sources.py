@@ -482,6 +482,22 @@ def test_pictures_that_are_too_bright_for_the_depth_are_counted(tmp_path: Path) 
     assert "1 picture(s) too bright for 10 bits" in (source.report.problems or "")
 
 
+def test_gray_of_16_bits_or_floats_keeps_its_shades(tmp_path: Path) -> None:
+    gray = np.arange(63, dtype=np.uint16).reshape(7, 9) * 1000
+    (tmp_path / "deep.pgm").write_bytes(b"P5 9 7 65535\n" + gray.astype(">u2").tobytes())
+    Image.fromarray((gray / 65535).astype(np.float32)).save(tmp_path / "float.tif")
+    for name in ("deep.pgm", "float.tif"):
+        shades = read_image(tmp_path / name)[:, :, 0].astype(int)
+        assert np.abs(shades - gray / 257).max() <= 1
+
+
+def test_a_missing_camera_is_refused() -> None:
+    if Path("/dev/video0").exists():
+        pytest.skip("there is a camera")
+    assert "camera 0" in error_of(0)
+    assert error_of("0") == error_of(0)
+
+
 # Cameras and servers
 
 
@@ -576,6 +592,13 @@ def test_a_server_that_stops_sending_is_noticed(
     assert "secret" not in str(caught.value)
 
 
+def test_a_server_that_is_not_there_is_noticed() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        port = listener.getsockname()[1]
+    for scheme in ("http", "rtsp"):
+        assert "Connection refused" in error_of(f"{scheme}://127.0.0.1:{port}/x")
+
+
 def test_pictures_are_freed_at_once(tmp_path: Path) -> None:
     """A picture in a cycle of references would wait for Python's search for such cycles."""
     gc.collect()
@@ -602,3 +625,8 @@ def test_a_senseless_selection_is_refused(whole: Path, name: str, values: list[A
         with pytest.raises(ConfigError, match=name) as caught:
             open_source(whole, **{name: value})
         assert "\n" not in str(caught.value)
+
+
+def test_a_start_beyond_the_end_is_refused_on_opening(whole: Path) -> None:
+    with pytest.raises(SourceError, match="has 12 frames, none of them from 12 on"):
+        open_source(whole, start=12)
