@@ -263,6 +263,7 @@ def test_a_broker_gets_all_though_it_dies(tmp_path: Path) -> None:
     assert any("is back after" in line for line in said)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("silent", "drips", "what"),
     [

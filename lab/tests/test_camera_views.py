@@ -45,6 +45,7 @@ def test_a_true_motion_is_not_off_and_none_is() -> None:
     assert motion_errors(rest, [np.eye(3)] * 9).max() == 0
 
 
+@pytest.mark.slow
 def test_the_tables(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     crowd = write_crowd(tmp_path / "crowd")
     drone = pictures(tmp_path / "drone" / "img", 6).parent

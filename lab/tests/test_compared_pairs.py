@@ -32,6 +32,7 @@ def outcomes(shifts: dict[str, Sequence[float]]) -> list[Outcome]:
     ]
 
 
+@pytest.mark.slow
 def test_a_difference_has_an_interval_and_a_margin() -> None:
     shifts: dict[str, Sequence[float]] = {"a": [0, 0, 0], "same": [0, 0, 0], "worse": [5, 5, 6]}
     table = compared(outcomes(shifts), "set", "iou", "")

@@ -92,6 +92,7 @@ def test_what_counts_is_as_in_trackeval(truth: MotRows, results: MotRows) -> Non
         assert_equal(found, theirs(truth, results, FRAMES, benchmark))
 
 
+@pytest.mark.slow
 def test_real_sequences_as_trackeval(data: Path, tmp_path: Path) -> None:
     """Perturbed truth as results, through files."""
     trackeval()

@@ -101,6 +101,7 @@ def some(rng: np.random.Generator, count: int) -> MotRows:
 # The command line
 
 
+@pytest.mark.slow
 def test_many_objects_on_the_command_line(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -76,6 +76,7 @@ def without_room(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(VideoWriter, "_finish", filled)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", COMMANDS)
 @pytest.mark.parametrize(
     ("fault", "expected", "kept"),

@@ -330,6 +330,7 @@ def _text(mark: object) -> str:
     return "absent" if mark is None else ",".join(f"{value:g}" for value in mark.box)  # type: ignore[attr-defined]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("metres", ["", "--scale 20"])
 def test_corrected_rows_are_those_of_a_run_between_the_same_keyframes(
     go: Tell, metres: str
@@ -454,6 +455,7 @@ def test_bad_input_is_one_line(
     assert {path: path.read_bytes() for path in bad.iterdir()} == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("key", "value", "message"),
     [

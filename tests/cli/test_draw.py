@@ -78,6 +78,7 @@ def test_rows_of_one_object_are_those_of_a_target(go: Tell) -> None:
     assert go("draw film.mkv boxes.csv --masks masks")[0] == 0
 
 
+@pytest.mark.slow
 def test_speeds_are_those_of_the_file_or_of_the_units(
     go: Tell, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -102,6 +103,7 @@ def test_speeds_are_those_of_the_file_or_of_the_units(
     assert not any(text.endswith("m/s") for text in said)
 
 
+@pytest.mark.slow
 def test_metres_are_added_to_rows_later_or_corrected(go: Tell) -> None:
     """They are those that the run would have had, and are remembered for what is corrected."""
     marks = "track film.mkv --at 0=20,20,20,20 --preset mean_shift"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import socket
 import time
 from collections.abc import Iterator
 from contextlib import suppress
@@ -30,8 +29,8 @@ class Server(BaseHTTPRequestHandler):
             self.send_header("Location", "/whole")
             self.end_headers()
             return
-        if self.path in ("/403", "/404", "/500"):
-            self.send_error(int(self.path[1:]))
+        if self.path == "/404":
+            self.send_error(404)
             return
         body = CONTENT + b"more" * (self.path == "/longer")
         body = b"x" + body[1:] if self.path == "/other" else body
@@ -73,8 +72,6 @@ def test_a_file_is_loaded(address: str, path: str) -> None:
     ("path", "words"),
     [
         ("404", "refuses 404: 404 Not Found"),
-        ("403", "refuses 403: 403 Forbidden"),
-        ("500", "refuses 500: 500 Internal"),
         ("other", "another file than the one that motes knows"),
         ("longer", "another file than the one that motes knows"),
         ("endless", "another file than the one that motes knows"),
@@ -91,11 +88,3 @@ def test_what_goes_wrong_is_one_line(
     with pytest.raises(SourceError, match=words) as caught:
         download(f"{address}/{path}", len(CONTENT), DIGEST)
     assert "\n" not in str(caught.value)
-
-
-def test_nobody_answers() -> None:
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        port = taken.getsockname()[1]
-    with pytest.raises(SourceError, match="Connection refused; check the connection"):
-        download(f"http://127.0.0.1:{port}/whole", len(CONTENT), DIGEST)

@@ -21,29 +21,14 @@ from motes.sot.tracker import Tracker
 RGB = np.random.default_rng(0).integers(0, 256, (6, 9, 3), np.uint8)
 
 
-def test_size() -> None:
-    frame = Frame(0, 0.0, RGB)
-    assert (frame.width, frame.height) == (9, 6)
-
-
-@pytest.mark.parametrize("image", [RGB[:, ::-1], RGB / 255, np.asfortranarray(RGB), RGB[:, :, 0]])
-def test_a_frame_s_pixels_are_rgb(image: Any) -> None:
-    pixels = Frame(0, 0.0, image).pixels
-    np.testing.assert_array_equal(pixels, as_rgb(image))
-    assert pixels.shape == RGB.shape
-
-
 @pytest.mark.parametrize(
     "image",
     [
         RGB,
         RGB[:, :, ::-1],
-        RGB[2:5, 1:7],
         RGB[::2, ::3],
         RGB[:, 4:5],
-        RGB[:, :, 1],
         RGB[1:, 2:4, :1],
-        np.zeros((3, 5, 4), np.uint8),
         np.zeros((3, 5, 4), np.uint8)[:, :, 2::-1],
     ],
 )
@@ -67,12 +52,9 @@ def test_gray(image: Any) -> None:
             np.testing.assert_array_equal(rgb[:, :, channel], image)
 
 
-def test_alpha_is_dropped() -> None:
-    rgba = np.dstack([RGB, np.full((6, 9), 7, np.uint8)])
-    np.testing.assert_array_equal(as_rgb(rgba), RGB)
-
-
-def test_sixteen_bits_keep_the_high_byte() -> None:
+def test_floats_and_sixteen_bits_become_bytes() -> None:
+    for kind in (np.float16, np.float64):
+        np.testing.assert_array_equal(as_rgb((RGB / 255).astype(kind)), RGB)
     image = np.array([[0, 255, 256, 65535]], np.uint16)
     np.testing.assert_array_equal(as_rgb(image)[0, :, 0], [0, 0, 1, 255])
     np.testing.assert_array_equal(as_rgb(RGB.astype(np.uint16) << 8), RGB)
@@ -101,11 +83,6 @@ def test_values_of_fewer_bits_in_sixteen_keep_their_shades(tmp_path: Path) -> No
         as_rgb(deep, 11)
 
 
-@pytest.mark.parametrize("kind", [np.float16, np.float32, np.float64])
-def test_floats(kind: type) -> None:
-    np.testing.assert_array_equal(as_rgb((RGB / 255).astype(kind)), RGB)
-
-
 @pytest.mark.parametrize(
     "image",
     [
@@ -113,8 +90,6 @@ def test_floats(kind: type) -> None:
         RGB[::-1],
         np.asfortranarray(RGB),
         np.broadcast_to(RGB[:1], RGB.shape),
-        np.broadcast_to(RGB[:, :1], RGB.shape),
-        RGB.transpose(1, 0, 2),
         np.dstack([RGB, RGB])[:, :, ::2],
         np.lib.stride_tricks.as_strided(RGB, (2, 2, 3), (3, 6, 1)),
         np.lib.stride_tricks.as_strided(RGB, (2, 2, 3), (9, 2, 1)),
@@ -141,10 +116,8 @@ def test_a_view_whose_places_need_more_than_32_bits_is_copied() -> None:
     [
         (None, "no picture, but None"),
         (np.zeros(5, np.uint8), "shape"),
-        (np.zeros((4, 4, 2), np.uint8), "shape"),
         (np.zeros((0, 4, 3), np.uint8), "shape"),
         (np.zeros((4, 4, 3), np.int64), "int64"),
-        (np.zeros((4, 4, 3), complex), "complex"),
         (np.full((4, 4, 3), "x"), "Convert it"),
         (np.full((4, 4), 255.0), "0 to 1"),
         (np.full((4, 4), -0.1), "0 to 1; got -0.1 to -0.1"),

@@ -24,13 +24,13 @@ def test_what_was_saved_is_taken(name: str, moment: str) -> None:
 
 
 def test_damage_is_refused() -> None:
-    """Each bit of the head and the digest, and bits and ends all over the file."""
+    """A bit of each byte of the head and the digest, and bits and ends all over the file."""
     saved, rng = example("nummiaro", "tracking"), random.Random(0)
-    for place in range(8 * 60):
+    for place in range(60):
         data = bytearray(saved)
-        data[place // 8] ^= 1 << place % 8
+        data[place] ^= 1 << place % 8
         assert check(bytes(data)) == "refused"
-    for _ in range(200):
+    for _ in range(60):
         data = bytearray(mutate(rng, saved))
         assert check(bytes(data)) == ("followed" if data == saved else "refused")
 
@@ -61,7 +61,7 @@ def test_a_state_of_another_configuration_is_refused(other: str) -> None:
 
 
 @pytest.mark.parametrize("twice", [copy.copy, copy.deepcopy])
-@pytest.mark.parametrize("name", ["default", "nummiaro", "mean_shift", "all, by cue"])
+@pytest.mark.parametrize("name", ["default", "all, by cue"])
 def test_a_copy_goes_on_by_itself(name: str, twice: Any) -> None:
     tracker = Tracker(CONFIGS[name], 3)
     tracker.init(scene(0, (30, 36)), region((30, 36)))

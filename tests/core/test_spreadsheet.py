@@ -29,7 +29,7 @@ def test_a_text_comes_back_and_is_no_formula(text: str) -> None:
         assert float(cell) == float(text)  # a number, which is none either
 
 
-@pytest.mark.parametrize("name", [name for name in FORMULAS if "\t" not in name])
+@pytest.mark.parametrize("name", FORMULAS[::3])
 def test_names_of_classes_are_no_formulas(name: str, tmp_path: Path) -> None:
     place = Ellipse.from_box((-9, 9, 20, 30))
     rows = recording_of(FACTS, [placed(0, place, label=name)])

@@ -105,34 +105,6 @@ def test_hidden_frames_are_bridged(clip: Clip, tracks: list[Track]) -> None:
 
 
 @pytest.mark.slow
-def test_neither_pass_no_place(clip: Clip) -> None:
-    """Passes that see noise only are left out: the frames between the keyframes are a bridge."""
-
-    class Noise(Frames):
-        def _each(self, order: range) -> Iterator[Frame]:
-            for i, frame in zip(order, super()._each(order), strict=True):
-                if 8 <= i < 40:
-                    noise = np.random.default_rng(i).integers(0, 256, frame.pixels.shape, np.uint8)
-                    frame = Frame(i, frame.time, noise)
-                yield frame
-
-    keys = {0: Ellipse.from_box(box(clip, 0)), 47: Ellipse.from_box(box(clip, 47))}
-    (stretch,) = stretches(range(FRAMES), keys)
-    joined = correct_stretch(Noise(clip), stretch, preset("default"), 0)
-    assert set(joined.status[14:34]) == {Status.INTERPOLATED}
-    assert joined.status[:6] == [Status.TRACKING] * 6
-    deviation = joined.variances[:, 0]
-    assert deviation[24] > deviation[12] > deviation[5]
-    gone = stretch._replace(absent=frozenset(range(20, 28)))
-    joined = correct_stretch(Noise(clip), gone, preset("default"), 0)
-    assert set(joined.status[20:28]) == {Status.ABSENT}
-    assert np.isnan(joined.ellipses[20:28]).all()
-    assert set(joined.status[14:20]) == {Status.LOST}  # an absence is no bridge
-    assert (joined.confidence[14:20] <= 0.5).all()
-    assert (joined.ellipses[14:20, 4] == 0).all()  # all keyframes are boxes
-
-
-@pytest.mark.slow
 def test_only_neighboring_stretches_are_made_anew(
     film: Path, clip: Clip, tracks: list[Track], marks: dict[int, motes.Box | None]
 ) -> None:
@@ -292,23 +264,6 @@ def test_a_cut_of_the_film_is_a_doubt() -> None:
     assert motes.doubts(tracks, {0: None, 30: None}, cuts=[30]) == []  # the user has looked
 
 
-def test_perhaps_another_comes_before_a_doubt_of_more_frames() -> None:
-    tracks = walk(60)
-    for frame in range(20, 50):
-        tracks[frame] = replace(tracks[frame], confidence=0.0)
-    for frame in range(52, 56):
-        tracks[frame] = replace(tracks[frame], confidence=0.1, belief=0.1)
-    first, second, *_ = motes.doubts(tracks, {0: None})
-    assert first.frame in range(52, 56)
-    assert first.reasons == ("perhaps another", "low confidence")
-    assert second.frame in range(20, 50)
-    assert second.reasons == ("low confidence",)
-
-
-def test_no_tracks_no_doubts() -> None:
-    assert motes.doubts([], {}) == motes.doubts([], {3: None}) == []
-
-
 @pytest.mark.parametrize("known", [True, False])
 def test_distance_from_a_keyframe_alone_is_no_doubt(known: bool) -> None:
     tracks = walk(400)
@@ -327,15 +282,6 @@ def test_distance_from_a_keyframe_alone_is_no_doubt(known: bool) -> None:
     assert all(doubt.gain >= 0.5 for doubt in doubts)
     gains = [doubt.gain for doubt in doubts]
     assert gains == sorted(gains, reverse=True)
-
-
-def test_a_failure_comes_before_a_moment_of_doubt() -> None:
-    tracks = walk(200)
-    tracks[150] = replace(tracks[150], confidence=0.4)
-    tracks[20:80] = [replace(track, confidence=0.1) for track in tracks[20:80]]
-    first, *others = motes.doubts(tracks, {0: None, 199: None})
-    assert first.frame in range(20, 80)
-    assert 150 not in {doubt.frame for doubt in others[:1]}
 
 
 def test_bad_marks(film: Path, tracks: list[Track], clip: Clip) -> None:

@@ -104,23 +104,15 @@ def test_one_pass_that_leaves_the_target_is_left_out() -> None:
     assert follows.probability.min() > 0.5
 
 
-def test_where_both_are_lost_nothing_is_used() -> None:
-    n = 60
-    agree = np.zeros(n, bool)
-    agree[:10] = agree[-10:] = True
-    confidence = np.full((2, n), 0.9)
+def test_where_both_are_lost_or_the_target_is_absent_nothing_is_used() -> None:
+    agree, absent = np.zeros(60, bool), np.zeros(60, bool)
+    agree[:10] = agree[-10:] = absent[2:5] = True
+    confidence = np.full((2, 60), 0.9)
     confidence[:, 10:-10] = 0.02
-    follows = support(confidence, agree, (True, True), np.zeros(n, bool))
-    assert follows.used[:, :9].all()
-    assert not follows.used[:, 25:35].any()
-
-
-def test_absent_frames_have_no_pass() -> None:
-    absent = np.zeros(30, bool)
-    absent[10:15] = True
-    follows = support(np.full((2, 30), 0.9), np.ones(30, bool), (True, True), absent)
+    follows = support(confidence, agree, (True, True), absent)
+    assert follows.used[:, 5:9].all()
     assert not follows.used[:, absent].any()
-    assert follows.used[:, ~absent].all()
+    assert not follows.used[:, 25:35].any()
 
 
 def test_frames_between_two_supports_are_bridged_where_nothing_was_absent() -> None:

@@ -86,26 +86,6 @@ def test_bins_are_exact(colors: list[tuple[int, int, int]], bins: Bins, space: A
     np.testing.assert_array_equal(bins_of(colors, space, bins), expected)
 
 
-@pytest.mark.parametrize(
-    ("color", "number"),
-    [
-        ((255, 0, 0), 7),  # hue 0, saturation 1
-        ((0, 255, 0), 2 * 8 + 7),
-        ((52, 0, 0), 7),
-        ((51, 0, 0), 64 + 1),  # a value of 0.2 is not above it
-        ((255, 229, 229), 0),  # a saturation of 26 / 255
-        ((250, 225, 225), 64 + 7),  # and of exactly 0.1
-        ((0, 0, 0), 64),
-        ((128, 128, 128), 64 + 4),
-        ((255, 255, 255), 64 + 7),
-    ],
-)
-def test_a_pixel_has_color_or_value(color: tuple[int, int, int], number: int) -> None:
-    """Zhao and Pei, section 2.1: 8 x 8 + 8 bins, none of which holds two kinds of pixels."""
-    assert Color(space="hsv+v", bins=RGB8).size == 72
-    assert bins_of([color], "hsv+v", RGB8) == [number]
-
-
 # Histograms
 
 
@@ -152,9 +132,6 @@ def test_more_points_approach_every_pixel(profile: Profile) -> None:
         errors.append(np.abs(cue.histograms(frame(pixels), ellipse) - whole).sum())
     assert errors[0] > 3 * errors[1] > 9 * errors[2]
     assert errors[2] < 0.01
-
-
-# Distances
 
 
 # Mean shift

@@ -78,34 +78,6 @@ def test_a_place_outside_of_the_window_has_no_response() -> None:
     assert not view.covers(far)
 
 
-def test_a_window_serves_for_places_near_by_of_about_its_size_and_angle() -> None:
-    view = FILTER.view(first(), moved(0, 0), TARGET)
-    assert view.covers(TARGET._replace(x=TARGET.x + TARGET.side))
-    assert view.covers(TARGET._replace(a=1.05 * TARGET.a, b=1.05 * TARGET.b))
-    assert not view.covers(TARGET._replace(x=TARGET.x + 2 * TARGET.side))
-    assert not view.covers(TARGET._replace(a=1.2 * TARGET.a, b=1.2 * TARGET.b))
-    assert not view.covers(TARGET._replace(theta=0.25))
-
-
-def test_a_target_of_another_size_is_seen_in_a_window_of_that_size() -> None:
-    model, frame = first(), moved(0, 0)
-    double = Frame(0, 0.0, frame.pixels.repeat(2, axis=0).repeat(2, axis=1))
-    place = Ellipse(2 * TARGET.x + 0.5, 2 * TARGET.y + 0.5, 2 * TARGET.a, 2 * TARGET.b, 0.0)
-    view = FILTER.view(model, double, place)
-    assert view.peak()[:2] == pytest.approx(place[:2], abs=3)
-    assert view.near(place)[0] > 0.5
-
-
-def test_places_and_offsets_in_a_turned_window() -> None:
-    turned = TARGET._replace(theta=0.5)
-    view = FILTER.view(first(), moved(0, 0), turned)
-    across, down = 3.0, -2.0
-    step = view.pixels * 4
-    x = turned.x + step * (math.cos(0.5) * across - math.sin(0.5) * down)
-    y = turned.y + step * (math.sin(0.5) * across + math.cos(0.5) * down)
-    assert view.offset(turned._replace(x=x, y=y)) == pytest.approx((across, down))
-
-
 def test_it_is_confined_to_the_target() -> None:
     """What lies around the target changes the response little."""
     model = first()
@@ -155,3 +127,22 @@ def test_the_kernel_solves_the_equations(penalty: float, inertia: float) -> None
         pull = penalty * copied[:, i, j] - multiplier[:, i, j] + inertia * before[:, i, j]
         expected = solved(spectra[:, i, j], label[i, j], pull, penalty + inertia, n * n)
         np.testing.assert_allclose(out[:, i, j], expected, rtol=2e-4, atol=2e-4)
+
+
+def test_a_window_serves_for_places_near_by_of_about_its_size_and_angle() -> None:
+    view = FILTER.view(first(), moved(0, 0), TARGET)
+    assert view.covers(TARGET._replace(x=TARGET.x + TARGET.side))
+    assert view.covers(TARGET._replace(a=1.05 * TARGET.a, b=1.05 * TARGET.b))
+    assert not view.covers(TARGET._replace(x=TARGET.x + 2 * TARGET.side))
+    assert not view.covers(TARGET._replace(a=1.2 * TARGET.a, b=1.2 * TARGET.b))
+    assert not view.covers(TARGET._replace(theta=0.25))
+
+
+def test_places_and_offsets_in_a_turned_window() -> None:
+    turned = TARGET._replace(theta=0.5)
+    view = FILTER.view(first(), moved(0, 0), turned)
+    across, down = 3.0, -2.0
+    step = view.pixels * 4
+    x = turned.x + step * (math.cos(0.5) * across - math.sin(0.5) * down)
+    y = turned.y + step * (math.sin(0.5) * across + math.cos(0.5) * down)
+    assert view.offset(turned._replace(x=x, y=y)) == pytest.approx((across, down))

@@ -1,7 +1,8 @@
-"""What all cues that compare histograms of pixels have in common."""
+"""What all cues have in common: what they see, and what they refuse."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import msgspec
@@ -10,11 +11,24 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import motes
+from motes import kernels
+from motes.core.errors import ConfigError
 from motes.core.geometry import Ellipse
-from motes.cues.color import Color
-from motes.cues.gradients import Edges, Hog
-from motes.cues.sampling import Checkerboard, EveryPixel, Lattice, Sampling
-from motes.cues.structure_tensor import Orientation
+from motes.cues import (
+    Color,
+    Correlation,
+    Edges,
+    EveryPixel,
+    Hog,
+    Orientation,
+    Posterior,
+    ScaleFilter,
+)
+from motes.cues.sampling import Checkerboard, Lattice, Sampling
+from motes.cues.search_window import features
+from motes.filtering import Confined
+from motes.mot.expected import CUE, Expected
 from oracles import bhattacharyya, frame, mosaic, pictures, regions, rows
 
 CUES = (
@@ -35,7 +49,6 @@ cues = pytest.mark.parametrize("cue", CUES, ids=repr)
 all_cues = pytest.mark.parametrize(
     "cue", [*CUES, Orientation(), Orientation(form="fourier")], ids=repr
 )
-on_planes = pytest.mark.parametrize("cue", ON_PLANES, ids=lambda cue: type(cue).__name__)
 samplings = pytest.mark.parametrize("sampling", SAMPLINGS, ids=repr)
 WHERE = Ellipse(14, 15, 8, 6, 0.2)
 
@@ -112,34 +125,107 @@ def test_a_part_is_computed_as_in_the_whole(cue: Any, pixels: Any, ellipse: Elli
     np.testing.assert_array_equal(each.observe(model, part, ellipse), expected)
 
 
+GOOD = Ellipse(30.0, 20.0, 8.0, 6.0, 0.2)
+WILD = [
+    GOOD._replace(**{field: value})
+    for field, values in {
+        "x": (np.nan, np.inf, -1e300),
+        "a": (np.nan, 0.0, -3.0, 1e300),
+        "b": (np.inf, -6.0),
+        "theta": (np.nan, np.inf),
+    }.items()
+    for value in values
+]
+LEARNING: Sequence[Any] = (
+    Color(sampling=EveryPixel()), Edges(), Hog(), Orientation(), Posterior(), Correlation(),
+)  # fmt: skip
+PICTURE = frame(mosaic(0, 40, 60))
+
+
 @pytest.mark.parametrize(
-    ("cue", "large"),
-    [
-        (Edges(), Ellipse(40, 30, 20, 10)),  # 861 pixels, 256 points at thrice the cost
-        (Hog(), Ellipse(40, 30, 39, 29)),  # 4,700 pixels, 256 points at 5 times the cost
-    ],
+    "cue", [*LEARNING, ScaleFilter(), Confined()], ids=lambda each: type(each).__name__
 )
-def test_large_regions_are_read_at_points_only(cue: Any, large: Ellipse) -> None:
-    picture = frame(mosaic(0, 60, 80))
-    cue.histograms(picture, rows(large))
-    assert picture.cache == {}
-    read(cue, EveryPixel()).histograms(picture, rows(large))
-    assert len(picture.cache) == 1
+def test_nothing_is_learned_of_what_is_no_ellipse(cue: Any) -> None:
+    for ellipse in WILD:
+        with pytest.raises(ConfigError, match="region"):
+            cue.learn(PICTURE, ellipse)
+    assert cue.learn(PICTURE, GOOD) is not None
 
 
-@on_planes
-def test_a_plane_is_computed_once_and_only_where_ellipses_are(cue: Any) -> None:
-    picture = frame(mosaic(0, 60, 80))
-    cue = read(cue, Lattice(points=512))
-    model = cue.learn(picture, Ellipse(40, 30, 20, 10))
-    [plane] = picture.cache.values()
-    assert (plane.column, plane.row, plane.bins.shape) == (20, 20, (21, 41))
-    cue.distances(model, picture, rows(Ellipse(35, 30, 8, 8)))
-    other = msgspec.structs.replace(cue, kernel="uniform", sampling=Checkerboard())
-    other.learn(picture, Ellipse(45, 30, 8, 8))
-    assert list(picture.cache.values()) == [plane]
-    cue.distances(model, picture, rows(Ellipse(60, 30, 8, 8)))
-    [moved] = picture.cache.values()
-    assert moved is not plane
-    msgspec.structs.replace(cue, bins=12).learn(picture, Ellipse(60, 30, 8, 8))
-    assert len(picture.cache) == 2
+@pytest.mark.parametrize("cue", LEARNING, ids=lambda each: type(each).__name__)
+def test_no_particle_is_too_wild_to_be_compared(cue: Any) -> None:
+    model = cue.learn(PICTURE, GOOD)
+    negative = GOOD._replace(a=-8.0, b=-6.0)  # of which a kernel had room for too few pixels
+    found = cue.distances(model, PICTURE, rows(*WILD, negative, GOOD))
+    np.testing.assert_array_equal(found[:-1], 1)
+    assert found[-1] < 0.7
+    for turned in (np.asfortranarray(rows(*WILD, GOOD)), rows(*WILD, GOOD).tolist()):
+        assert cue.distances(model, PICTURE, turned)[-1] == found[-1]
+    for wrong in (rows(GOOD)[:, :4], rows(GOOD)[0], "ellipses", None):
+        with pytest.raises(ConfigError, match=r"an array \(N, 5\)"):
+            cue.distances(model, PICTURE, wrong)
+
+
+@pytest.mark.parametrize(
+    ("cue", "other"),
+    [
+        (Color(), Color(bins=(4, 4, 4))), (Color(bins=(4, 4, 4)), Color()),
+        (Edges(), Edges(bins=5)), (Edges(bins=5), Edges()), (Hog(), Hog(cells=3)),
+        (Orientation(), Orientation(form="fourier", bins=9)), (Color(), Posterior()),
+    ],
+)  # fmt: skip
+def test_a_model_of_other_bins_is_refused(cue: Any, other: Any) -> None:
+    """One of fewer bins had a distance, which meant nothing."""
+    model = other.learn(PICTURE, GOOD)
+    calls = [cue.learn_also, *([cue.shift] if isinstance(cue, Color) else [])]
+    with pytest.raises(ConfigError, match="no histogram of"):
+        cue.distances(model, PICTURE, rows(GOOD))
+    for call in calls:
+        with pytest.raises(ConfigError, match="no histogram of"):
+            call(model, PICTURE, GOOD)
+
+
+# Kernels, by themselves
+
+
+@pytest.mark.parametrize("wild", [np.nan, np.inf, -np.inf, 1e300, -1e300, 1e19])
+def test_a_window_at_any_place_has_the_picture_s_pixels(wild: float) -> None:
+    out = np.empty((3, 12, 16), np.float32)
+    steps: Sequence[Any] = ((0.5, 0.7), (2.2, 1.5), (wild, 1.0), (-1.3, wild), (0.4, -wild))
+    for place in range(5):
+        for step in steps:
+            ellipse = list(GOOD)
+            ellipse[place] = wild
+            for theta in (0.0, ellipse[4]):
+                target = Ellipse(*ellipse)._replace(theta=theta)
+                kernels.search_window.cut_around(PICTURE.pixels, target, step, out)
+                assert ((out >= 0) & (out <= 255)).all()
+
+
+def test_samples_of_any_value_have_a_color_and_a_sector() -> None:
+    values = np.array([np.nan, np.inf, -np.inf, 1e30, -5, 300, 7, 255], np.float32)
+    samples = np.random.default_rng(0).choice(values, (3, 24, 24))
+    inside, outside = np.zeros((2, 32768), np.float32)
+    box = (4.0, 4.0, 20.0, 20.0)
+    kernels.color_posterior.add_colors(samples, box, box, 1.0, inside, outside)
+    assert inside.sum() == pytest.approx(1)
+    sums = np.empty((25, 25))
+    kernels.color_posterior.color_integral(samples, inside, outside, sums)
+    boxes, means = np.array([[np.nan, 1, 2, 3], [1, -np.inf, np.inf, np.nan]]), np.empty(2)
+    kernels.bilinear.box_means(sums, boxes, means)
+    assert ((means >= 0) & (means <= 1)).all()
+    assert features(samples).shape == (30, 6, 6)
+
+
+@pytest.mark.parametrize("samples", [*([each] for each in WILD), [], [[1.0, 2, 3, 4]], None])
+def test_nothing_wild_is_expected(samples: Any) -> None:
+    tracker = motes.Tracker("nummiaro")
+    tracker.init(PICTURE.pixels, (20, 12, 16, 14))
+    scene = motes.Scene(lambda frame: [])
+    model = CUE.learn(PICTURE, GOOD)
+    with pytest.raises(ConfigError):
+        tracker.expect(samples)
+    with pytest.raises(ConfigError):
+        scene.expect([Expected(1, samples, np.zeros(2), model, True)])
+    with pytest.raises(ConfigError, match="velocity"):
+        scene.expect([Expected(1, rows(GOOD), np.array([np.nan, 0]), model, True)])

@@ -345,6 +345,7 @@ def test_errors_are_one_line(go: Tell, line: str, code: int, message: str) -> No
     assert (found, message in said, said.count("\n")) == (code, True, 1), said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["a.parquet", "a.vot.txt", "a.keyframes.csv", "a.dlc.csv",
                                   "a.ls.json", "a.yolo", "a.gt.txt"])  # fmt: skip
 def test_track_writes_all_formats(go: Tell, name: str) -> None:
@@ -365,6 +366,7 @@ def test_track_writes_all_formats(go: Tell, name: str) -> None:
         assert Path("a.csv").read_text() == Path("b.csv").read_text()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rows", ["one.csv", "one.vot.txt", "one.xml"])
 def test_files_made_of_rows_have_the_names_of_a_folders_images(go: Tell, rows: str) -> None:
     names = [f"img_{10 * frame:04d}" for frame in range(1, 41)]

@@ -448,6 +448,7 @@ def test_every_format_that_is_read_is_here() -> None:
     assert known - {"journal", "yolo-predictions", "lasot", "got10k"} == {*SAMPLES, "parquet"}
 
 
+@pytest.mark.slow
 def test_a_journal_bit_by_bit(tmp_path: Path) -> None:
     """Bits are turned and each end cut off: the rows before, or one clear line; never others.
 

@@ -140,6 +140,7 @@ def datumaro(path: Path, form: str) -> list[tuple[int, Any]]:
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "hidden"), [("mot", False), ("mot-truth", True)])
 def test_trackeval_and_datumaro_read_the_motchallenge(
     name: str, hidden: bool, tmp_path: Path
@@ -364,6 +365,7 @@ def test_a_frame_in_which_an_object_leaves_shows_the_others(
     assert len(images) == frames - left_out
 
 
+@pytest.mark.slow
 def test_trainers_read_yolo(images: Path, tmp_path: Path) -> None:
     yaml = pytest.importorskip("yaml", reason="PyYAML is not installed")
     sv = pytest.importorskip("supervision", reason="supervision is not installed")

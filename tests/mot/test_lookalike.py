@@ -8,12 +8,10 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from motes import Status
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, iou
 from motes.mot.detection.lookalike import LIMIT, LookalikeConfig, LookalikeDetector
 from motes.mot.pipeline_config import lookalike_detector
-from motes.mot.scene import Scene
 from motes_lab.inputs import read_marks
 from motes_lab.papers.zhao_pei_team import Team
 from motes_lab.papers.zhao_pei_team import team as follow_team
@@ -64,74 +62,6 @@ def test_where_everything_is_alike_there_is_a_limit(monkeypatch: pytest.MonkeyPa
     frame = Frame(0, 0.0, np.full((90, 160, 3), 90, np.uint8))
     assert len(LookalikeDetector((20, 20, 8, 8))(frame)) <= LIMIT
     assert len(looks) == LIMIT
-
-
-def test_of_a_box_that_is_mostly_lawn_the_player_is_looked_for() -> None:
-    """On a lawn of two greens, where the lawn around one is not that around another."""
-    frame = pitch(0, *((x, y, BLUE) for x, y in TEAM))
-    frame.pixels[:, 160:] = np.where(
-        (frame.pixels[:, 160:] > (40, 90, 20)).all(axis=2, keepdims=True)
-        & (frame.pixels[:, 160:, 1:2] < 200),
-        (110, 150, 30),
-        frame.pixels[:, 160:],
-    )
-    x, y = TEAM[0]
-    found = LookalikeDetector((x - 8, y - 6, 30, 42))(frame)
-    for x, y in TEAM:
-        boxes = [each.box for each in found]
-        centers = [(box.x + box.width / 2, box.y + box.height / 2) for box in boxes]
-        assert any(abs(a - x - 7) < 10 and abs(b - y - 15) < 16 for a, b in centers), (x, y)
-    assert len(found) <= 2 * len(TEAM)
-
-
-def panned(index: int, *players: tuple[int, int, tuple[int, int, int]]) -> Frame:
-    """Return a frame of a camera that pans by most of a player's width, over a pitch of corners."""
-    rng = np.random.default_rng(1)
-    ground = np.full((180, 700, 3), LAWN, np.int16)
-    ground[:, ::37] += 40
-    ground[::29] += 40
-    ground += rng.integers(-8, 9, ground.shape, np.int16)
-    for x, y, shirt in players:
-        ground[y : y + 18, x : x + 14] = shirt
-        ground[y + 18 : y + 30, x + 3 : x + 11] = (20, 20, 20)
-    pixels = ground[:, 6 * index : 6 * index + 360].clip(0, 255).astype(np.uint8)
-    return Frame(index, index / 25, np.ascontiguousarray(pixels))
-
-
-@pytest.mark.slow
-def test_of_two_teams_on_a_pitch_that_pans_the_one_is_followed() -> None:
-    """Players walk, one of them stands."""
-    starts = [
-        (150, 20, BLUE),
-        (260, 120, BLUE),
-        (330, 40, BLUE),
-        (200, 80, WHITE),
-        (290, 70, WHITE),
-    ]
-    scene = Scene(LookalikeDetector((150, 20, *SIZE)))
-    for index in range(20):
-        players = [(x + (2 * index if n else 0), y, s) for n, (x, y, s) in enumerate(starts)]
-        tracks = scene.update(panned(index, *players))
-    seen = {t.identity: t.ellipse[:2] for t in tracks if t.status is Status.TRACKING}
-    places = [
-        (x + (38 if n else 0) - 114 + 6.5, y + 14.5) for n, (x, y, _) in enumerate(starts[:3])
-    ]
-    assert sorted(seen) == [1, 2, 3]
-    for expected, found in zip(sorted(places), sorted(seen.values()), strict=True):
-        assert found == pytest.approx(expected, abs=6)
-
-
-@pytest.mark.slow
-def test_writing_that_looks_like_a_player_is_none() -> None:
-    """It stays in the picture while the camera pans; before it did, it may have been one."""
-    detector = LookalikeDetector((150, 20, *SIZE))
-    for index in range(20):
-        player = 150 + 2 * index, 20, BLUE
-        frame = panned(index, player, (220 + 6 * index, 140, BLUE))
-        found = detector(frame)
-        if index >= 6:
-            assert len(found) == 1
-            assert iou((player[0] - 6 * index, 20, *SIZE), found[0].box) > 0.5
 
 
 def test_of_what_another_detector_finds_the_alike_are_kept(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
 from motes.core.types import Bytes
 from motes.mot.detection import moving_camera
-from motes.mot.detection.background import BackgroundConfig, BackgroundDetector
+from motes.mot.detection.background import BackgroundDetector
 from motes.mot.detection.global_motion import GlobalMotion, Model
 from motes.mot.detection.lookalike import LookalikeDetector
 from motes.mot.detection.moving_camera import (
@@ -147,6 +147,7 @@ def panned(index: int) -> tuple[Frame, Box]:
     return frame, Box(x + 120 - camera_x, y - 120, 20, 30)
 
 
+@pytest.mark.slow
 def test_what_moves_is_found_while_the_camera_pans() -> None:
     detector, still = PannedDetector(), BackgroundDetector()
     hits = 0
@@ -193,20 +194,3 @@ def test_each_detector_gets_what_it_needs_before_a_camera() -> None:
     able = SimpleNamespace(prepare=list, observe=print, __call__=lambda frame: [])
     seen = MovingCamera(able)  # by a protocol, from Python 3.12 on
     assert [getattr_static(seen, name) for name in ("prepare", "observe")] == [list, print]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("trial", "found"), [(10.0, True), (0.0, False)])
-def test_who_stops_is_found_for_the_time_of_a_trial(trial: float, found: bool) -> None:
-    detector = PannedDetector(BackgroundConfig(trial=trial))
-    hits = []
-    for index in range(60):
-        pixels = GROUND.copy()
-        x = max(430 - 6 * index, 280)
-        pixels[180:210, x : x + 20] = RED
-        camera_x = 260 + index
-        frame = Frame(index, index / 25, picture(shown(camera_x, 200), pixels))
-        box = Box(x + 120 - camera_x, 60, 20, 30)
-        hits.append(any(iou(box, each.box) > 0.6 for each in detector(frame)))
-    assert hits[24] or not found  # on the way
-    assert hits[-1] == found

@@ -100,11 +100,6 @@ def test_an_rtdetr_of_ultralytics_is_known_by_its_metadata(
     assert boxes(found) == {(32, 64, 32, 32): "0", (128, 0, 32, 32): "1"}
 
 
-@pytest.mark.parametrize("said", ["[64]", "(0, 9)", "'no'", "[[64, 96]]", "(" * 9])
-def test_damaged_sides_are_not_used(said: str, tmp_path: Path) -> None:
-    assert OnnxDetector(str(model(tmp_path, "yolo", metadata={"imgsz": said}))).head == "yolo"
-
-
 def test_a_model_for_another_task_is_refused(tmp_path: Path) -> None:
     """The outputs for poses have the shape of boxes with classes."""
     path = model(tmp_path, "yolo", metadata={"task": "pose"})

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from motes.core.types import Floats
 from motes.mot import assignment, overlaps, pairs
 from motes.mot.assignment import assign, assign_pairs
 from motes.mot.association import PART, near
 from motes.mot.boxes import intersection_over_first
 from motes.mot.overlaps import without_duplicates
 from motes.mot.pairs import candidates, meeting
-
-Floats = NDArray[np.float64]
 
 
 def boxes_like(kind: str, rng: np.random.Generator, n: int) -> Floats:
@@ -97,6 +95,3 @@ def test_assignment_of_pairs_is_that_of_a_matrix(
         costs[0, 0] = 0
         i, j = np.indices((n, m)).reshape(2, -1)
         assert assign_pairs(i, j, costs.ravel(), (n, m)) == assign(costs)
-
-
-# Growth

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 
 import numpy as np
@@ -11,14 +12,12 @@ from msgspec.structs import replace
 from motes.core.errors import ConfigError
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
+from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.ground_plane import Ground
 from motes.mot.analytics.lens import Lens
-from motes.mot.analytics.real_units import (
-    GroundMotion,
-    RealUnits,
-    motion_in_hindsight,
-    place_of,
-)
+from motes.mot.analytics.real_units import GroundMotion, RealUnits, motion_in_hindsight, place_of
+from motes.mot.analytics.regions import Regions
+from sightings import seen, told
 
 MATRIX = (500.0, 0.0, 320.0, 0.0, 480.0, 240.0, 0.0, 0.0, 1.0)
 DISTORTIONS = {
@@ -59,22 +58,20 @@ LENS = (
 @pytest.mark.parametrize(
     "text",
     [
-        "camera_matrix:" + " " * 900_000,
-        "camera_matrix: !!opencv-matrix\n" * 30_000,
-        "camera_matrix: !!opencv-matrix\n" + " data\n" * 150_000,
-        "image_width:\n" * 70_000,
-        "<camera_matrix>" * 60_000,
-        "<camera_matrix " * 60_000,
-        "<image_width>" + "1\n" * 400_000,
+        "camera_matrix:" + " " * 450_000,
+        "camera_matrix: !!opencv-matrix\n" * 15_000,
+        "image_width:\n" * 35_000,
+        "<camera_matrix " * 30_000,
+        "<image_width>" + "1\n" * 200_000,
     ],
-    ids=["blanks", "matrices", "data", "widths", "elements", "attributes", "numbers"],
+    ids=["blanks", "matrices", "widths", "attributes", "numbers"],
 )
 def test_the_time_for_a_file_grows_with_its_length(text: str) -> None:
-    """Not with the square of it: that was more than 40 s here."""
+    """Not with the square of it: that was more than 10 s here."""
     started = time.process_time()
     with pytest.raises(ConfigError):
         Lens.parse(text)
-    assert time.process_time() - started < 5
+    assert time.process_time() - started < 2.5
 
 
 def test_a_point_that_no_lens_sees_has_no_place() -> None:
@@ -94,7 +91,6 @@ def test_a_point_that_no_lens_sees_has_no_place() -> None:
     [
         ("", "no camera_matrix and distortion_coefficients"),
         ("camera_matrix: !!opencv-matrix\n data: [ 1, 2 ]\n", "no camera_matrix"),
-        ("camera_matrix: !!opencv-matrix\n data: [ 1, x ]\n", "holds a value that is not"),
         ("camera_matrix: !!opencv-matrix\n data: [ 1e999 ]\n", "not finite, or too large"),
         ("camera_matrix: !!opencv-matrix\n data: [ .nan ]\n", "holds a value that is not"),
         ("image_width: nan\n", "image_width holds a number that is not finite"),
@@ -104,7 +100,6 @@ def test_a_point_that_no_lens_sees_has_no_place() -> None:
         ),
         (LENS.replace("[ 9,", "[ 0,"), "needs focal lengths above 0"),
         (f"image_width: -640\nimage_height: 480\n{LENS}", "Pictures of -640x480 pixels"),
-        (f"image_width: 1e12\nimage_height: 480\n{LENS}", "Pictures of 1000000000000x480"),
     ],
 )
 def test_other_files_are_refused(text: str, message: str) -> None:
@@ -208,3 +203,89 @@ def test_nothing_is_measured_while_the_target_is_lost() -> None:
     seen = (0, 200, 0, 200), (100, 200, 100, 200), (0, 300, 0, 150), (100, 300, 50, 150)
     horizon = RealUnits(Ground(points=seen))  # at y = 100
     assert GroundMotion(horizon).update(track(0, 5.0, 50.0)).further == {}
+
+
+def seen_by_a_camera(x: float, y: float) -> tuple[float, float]:
+    """Return the pixel of a point on the ground: 5 m high, 30 degrees down, 500 pixels focal."""
+    tilt, height, focal = math.radians(30), 5.0, 500.0
+    depth = y * math.cos(tilt) + height * math.sin(tilt)
+    down = height * math.cos(tilt) - y * math.sin(tilt)
+    return 320 + focal * x / depth, 240 + focal * down / depth
+
+
+GRID = [(float(x), float(y)) for x in (-2, 0, 3) for y in (4, 7, 15)]
+POINTS = tuple((*seen_by_a_camera(*metres), *metres) for metres in GRID)
+
+
+def test_points_of_a_camera() -> None:
+    """Four of them say where all others are, and more say the same."""
+    for points in (POINTS, (POINTS[0], POINTS[2], POINTS[6], POINTS[8])):
+        ground = Ground(points=points)
+        for x, y in [(0.5, 5.0), (-4.0, 30.0), (9.0, 2.0)]:
+            assert ground.metres(seen_by_a_camera(x, y)) == pytest.approx((x, y))
+        horizon = 240 - 500 * math.tan(math.radians(30))
+        assert ground.metres((100, horizon - 1)) is None
+        assert ground.metres((100, horizon + 1)) is not None
+
+
+@pytest.mark.parametrize("factor", [1, -1])
+def test_a_homography_is_taken_times_anything(factor: float) -> None:
+    """OpenCV's have a 1 at the end; then w is negative on the ground below a horizon."""
+    matrix = factor * np.array([[2, 0, 1], [0, 4, -2], [0, 0, 2]])
+    ground = Ground(homography=matrix.tolist())
+    assert ground.metres((10, 20)) == (10.5, 39)
+
+
+def test_speeds_in_metres() -> None:
+    """Ten pixels in a quarter of a second, at 20 pixels in a metre."""
+    counting = EventCounter(Regions(ground=Ground(scale=20)))
+    events = told(counting, *(seen(i, (10 * i, 40)) for i in range(5)))
+    events += told(counting, seen(5, (100, 40)))
+    assert events[0].metres_per_second is None
+    (gone,) = told(counting, seen(6, (100, 40), Status.LOST))
+    assert gone.speed is not None
+    assert gone.speed > 0
+    assert gone.metres_per_second == pytest.approx(gone.speed / 20)
+    assert gone.fields()["metres_per_second"] == round(gone.speed / 20, 3)
+    tiny = replace(gone, metres_per_second=1.23456789e-6)  # under a microscope
+    assert tiny.fields()["metres_per_second"] == 1.2346e-6
+    assert replace(gone, metres_per_second=1e-16).fields()["metres_per_second"] == 0
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ({}, "exactly one of scale, homography and points"),
+        ({"scale": 3, "points": POINTS}, "exactly one of"),
+        ({"scale": 0}, "it takes number, 1e-09 to "),
+        ({"homography": (1, 2, 3)}, r"homography\[0\]: got 1; it takes list of 3: number"),
+        ({"homography": ((1, 2, 3), (2, 4, 6), (0, 0, 1))}, "onto a line"),
+        ({"points": POINTS[:3]}, r"four points or more, each \[x, y, X, Y\], and has 3; add"),
+        ({"points": [(i, i, i, 2 * i) for i in range(5)]}, "on a line"),
+        ({"points": [(0, 0, 0, 0), (9, 9, 9, 0), (9, 0, 9, 9), (0, 9, 0, 9)]}, "horizon"),
+    ],
+)
+def test_what_is_no_ground(values: dict[str, object], said: str) -> None:
+    with pytest.raises(ConfigError, match=said):
+        Ground(**values)  # type: ignore[arg-type]
+
+
+def test_noise_on_many_points_averages_out() -> None:
+    moves = np.random.default_rng(0).normal(0, 0.5, (len(POINTS), 2)).tolist()
+    noisy = tuple(
+        (x + dx, y + dy, far, near)
+        for (x, y, far, near), (dx, dy) in zip(POINTS, moves, strict=True)
+    )
+    found = Ground(points=noisy).metres(seen_by_a_camera(1, 6))
+    assert found == pytest.approx((1, 6), abs=0.1)
+
+
+def test_speed_does_not_depend_on_the_distance() -> None:
+    speeds = []
+    for y in (4.0, 12.0):
+        counting = EventCounter(Regions.parse(f"[ground]\npoints = {[list(p) for p in POINTS]}"))
+        feet = [seen_by_a_camera(0.5 * i, y) for i in range(5)]
+        told(counting, *(seen(i, foot) for i, foot in enumerate(feet)))
+        (gone,) = told(counting, seen(5, feet[-1], Status.LOST))
+        speeds.append(gone.metres_per_second)
+    assert speeds == pytest.approx([2.0, 2.0], rel=1e-6)  # half a metre in a quarter of a second

@@ -1,4 +1,4 @@
-"""Many objects: birth, identity, occlusion, death."""
+"""Many objects: birth, identity, occlusion, death; and of very many the surest."""
 
 from __future__ import annotations
 
@@ -12,22 +12,24 @@ from typing import Any
 
 import numpy as np
 import pytest
-from msgspec.structs import astuple
-from numpy.typing import NDArray
+from msgspec.structs import astuple, replace
 
 from motes.core.detection import Detection, Detector
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
 from motes.core.track import Status, Track
+from motes.mot import track_initiation
+from motes.mot.boxes import as_rows
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.overlaps import occlusion_candidates
 from motes.mot.scene import Scene
-from motes.mot.scene_config import scene_config
+from motes.mot.scene_config import DetectionSelection, Initiation, SceneConfig, scene_config
 from motes.mot.stages.associate import split_merged_blob
+from motes.mot.track_initiation import SCORES, TrackInitiation
 from motes.synthetic.beetle import Target
 from motes.synthetic.clips import Clip
-from scene_objects import quick
+from scene_objects import grid, quick
 from waiting import wait_until
 
 GROUND = np.random.default_rng(0).integers(90, 110, (120, 200, 3)).astype(np.uint8)
@@ -73,18 +75,6 @@ def test_identities_are_never_used_twice() -> None:
     assert seen == [1, 2]
 
 
-def test_what_is_detected_is_rather_there_than_not() -> None:
-    """Its colors were learned when half of it was seen; they say nothing of its box."""
-    stage = Stage()
-    for index in range(4):
-        stage.show([Box(-12 + 2 * index, 30, 24, 48)], [Box(0, 30, 12 + 2 * index, 48)])
-    stage.show([None, Box(0, 30, 24, 48)])
-    for _ in range(6):
-        (seen,) = stage.show([None, Box(0, 30, 24, 48)])
-        assert seen.status is Status.TRACKING
-        assert 0.5 <= seen.confidence < 0.6
-
-
 @pytest.mark.slow
 def test_who_is_hidden_coasts_behind_the_other_and_is_found_again() -> None:
     """The first passes behind the second, which stands; a blob covers both while they touch."""
@@ -111,34 +101,6 @@ def test_who_is_hidden_coasts_behind_the_other_and_is_found_again() -> None:
     assert iou(after[who].box, boxes[52]) > 0.7
     assert iou(after[other].box, still) > 0.7
     assert stage.scene.created == 2
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("name", "remembers"), [("nummiaro:adaptive", False), ("zhao_pei", True)])
-def test_where_objects_may_hide_each_other_no_model_learns(name: str, remembers: bool) -> None:
-    """Two that walk side by side, nearer than equation 19 allows, but both are seen."""
-    for gap, learns in ((10, False), (80, True)):
-        stage, models, memories = Stage(config=name), [], []
-        for i in range(18):
-            stage.show([walker(i), walker(i, x=20 + gap)._replace(y=34)])
-            for thing in stage.scene._state.objects[:1]:
-                color: Any = thing.state.models["color"]
-                models.append(color.histogram)
-                memories.append(thing.state.memories.get("color"))
-        assert (models[0] != models[-1]).any() == learns
-        assert (memories[0] != memories[-1]) == (learns and remembers)
-
-
-@pytest.mark.slow
-def test_a_foreign_thing_hides_and_the_identity_survives() -> None:
-    stage, said = Stage(), []
-    for i in range(50):
-        visible = not 20 <= i < 35
-        said.append(stage.show([walker(i) if visible else None]))
-    assert {t.identity for each in said for t in each} == {1}
-    assert (said[25][0].status, said[25][0].sought) == (Status.LOST, True)
-    assert said[25][0].occluded_by is None
-    assert said[40][0].status is Status.TRACKING
 
 
 @pytest.mark.slow
@@ -234,50 +196,30 @@ def test_frames_must_fit() -> None:
             Scene(lambda _: [], seed=seed)  # type: ignore[arg-type]
 
 
-def owners(clip: Clip, scene: Scene, since: int) -> tuple[NDArray[np.int_], NDArray[np.float64]]:
-    """Return which identity is on each target, (frames, targets), and how visible the first is.
-
-    Without an identity, it is 0.
-    """
-    out, visible = np.zeros((len(clip), len(clip.targets)), int), np.ones(len(clip))
-    for frame, truths in map(clip.__getitem__, range(since, len(clip))):
-        visible[frame.index] = truths[0].visible
-        said = [t for t in scene.update(frame) if t.status is Status.TRACKING]
-        for k, truth in enumerate(truths):
-            for each in said:
-                if iou(each.box, truth.ellipse.box) > 0.4:
-                    out[frame.index, k] = each.identity
-    return out, visible
-
-
-EMPTY = 150
-"""Frames before anybody comes, in which a background is learned."""
-
-
-def passing() -> Clip:
-    """Return a clip in which one walks behind a longer one for 15 frames, and onwards."""
-    x = np.concatenate([np.full(EMPTY, -45.6), np.arange(-45.6, 200, 1.6)])
-    behind = np.stack(np.broadcast_arrays(x, 75.0, 24.0, 17.0, 0.0), axis=1)
-    before = np.stack(np.broadcast_arrays(239 - x, 75.0, 45.6, 25.0, np.pi), axis=1)
-    coats = (
-        ((120, 190, 110), (30, 70, 40), (240, 240, 120)),
-        ((200, 80, 80), (90, 20, 20), (250, 180, 120)),
-    )
-    return Clip((240, 150), (Target(behind, coats[0]), Target(before, coats[1])), seed=30)
-
-
 @pytest.mark.slow
 def test_identities_survive_full_occlusion() -> None:
+    """From pixels alone: one walks behind a longer one for 15 frames, and onwards."""
     pytest.importorskip("cv2")
-    clip = passing()
-    who, visible = owners(clip, Scene(BackgroundDetector()), EMPTY - 60)
-    inside = EMPTY + 50  # by when both have come in
-    first, last = inside + np.flatnonzero(visible[inside:] < 0.98)[[0, -1]]
-    before, after = who[first - 10 : first - 5], who[last + 5 : last + 10]
+    empty = 60  # frames in which a background is learned
+    x = np.concatenate([np.full(empty, -45.6), np.arange(-45.6, 200, 1.6)])
+    behind = np.stack(np.broadcast_arrays(x, 75.0, 24.0, 17.0, 0.0), axis=1)
+    before = np.stack(np.broadcast_arrays(239 - x, 75.0, 45.6, 25.0, np.pi), axis=1)
+    green = (120, 190, 110), (30, 70, 40), (240, 240, 120)
+    red = (200, 80, 80), (90, 20, 20), (250, 180, 120)
+    clip = Clip((240, 150), (Target(behind, green), Target(before, red)), seed=30)
+    scene, who, visible = Scene(BackgroundDetector()), list[list[int]](), list[float]()
+    for frame, truths in clip:
+        said = [each for each in scene.update(frame) if each.status is Status.TRACKING]
+        there = [[t.identity for t in said if iou(t.box, one.ellipse.box) > 0.4] for one in truths]
+        who.append([max(each, default=0) for each in there])
+        visible.append(truths[0].visible)
+    inside = empty + 50  # by when both have come in
+    first, last = inside + np.flatnonzero(np.array(visible[inside:]) < 0.98)[[0, -1]]
+    early, late = np.array(who[first - 10 : first - 5]), np.array(who[last + 5 : last + 10])
     for k in range(2):
-        identity = np.bincount(before[:, k]).argmax()
+        identity = np.bincount(early[:, k]).argmax()
         assert identity > 0
-        assert (after[:, k] == identity).mean() > 0.8
+        assert (late[:, k] == identity).mean() > 0.8
 
 
 # Ahead
@@ -360,16 +302,6 @@ def test_what_fails_ahead_is_told_in_its_turn(ahead: bool) -> None:
         assert threading.active_count() == threads
 
 
-@pytest.mark.parametrize("ahead", [True, False])
-def test_images_are_watched_as_they_are_updated(ahead: bool) -> None:
-    images = [np.roll(GROUND, i, axis=1) for i in range(6)]
-    one, other = (Scene(lambda frame: [(30 + frame.index, 20, 20, 20)]) for _ in range(2))
-    watched = [told for image in images[:3] for told in one.update(image)]
-    watched += [told for _, tracks in one.watch(images[3:], ahead=ahead) for told in tracks]
-    updated = [told for image in images for told in other.update(image)]
-    assert [(t.frame, t.box) for t in watched] == [(t.frame, t.box) for t in updated]
-
-
 # Association
 
 
@@ -389,3 +321,80 @@ def test_occlusion_is_foreseen_by_equations_18_and_19() -> None:
     i, j = occlusion_candidates(np.array([one, near, far]))
     assert (i.tolist(), j.tolist()) == ([0, 1], [1, 0])
     assert not len(occlusion_candidates(np.empty((0, 4)))[0])
+
+
+GRAY = np.full((480, 640, 3), 100, np.uint8)
+
+
+def config(**changes: object) -> SceneConfig:
+    """Return a scene whose objects take little time of their own."""
+    return replace(SceneConfig(quick(particles=2, places=5)), **changes)
+
+
+def test_of_too_many_detections_the_surest_are_taken_and_that_is_told_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(track_initiation, "LOWEST", 0.0)  # none is too doubtful
+    there = [Detection(Box(*box), score) for score, box in enumerate(grid(12, 0.36).tolist())]
+    eight = config(detections=DetectionSelection(limit=8))
+    scene = Scene(lambda _: there, eight)
+    for index in range(4):
+        scene.update(Frame(index, index / 25, GRAY))
+    assert scene.created == 8
+    assert scene.warnings == {
+        "limit": "Frame 0: there are 12 detections; only the 8 surest are taken."
+    }
+
+
+@pytest.mark.slow
+def test_four_times_the_objects_take_four_times_the_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Sixteen times, if anything was asked of each pair; the work is counted, not timed."""
+    monkeypatch.setattr(track_initiation, "LOWEST", 0.0)
+
+    def calls(count: int) -> int:
+        """Return the calls of functions after so many births: all detected, half, and all."""
+        there: list[Detection] = []
+        scene, called, boxes = Scene(lambda _: there, config()), 0, grid(count, 0.36)
+
+        def noted(_frame: object, event: str, _argument: object) -> None:
+            nonlocal called
+            called += event in ("call", "c_call")
+
+        before = sys.getprofile()
+        for index in range(7):
+            shown = boxes[::2] if index == 4 else boxes
+            doubles = [(shown, 1.0), (shown + 0.01, 0.9)]
+            there = [Detection(Box(*box), score) for some, score in doubles for box in some]
+            sys.setprofile(noted if index >= 3 else before)
+            try:
+                scene.update(Frame(index, index / 5, GRAY))
+            finally:
+                sys.setprofile(before)
+        assert scene.created == count
+        return called
+
+    calls(80)  # imports, also those that only many need
+    assert calls(80) < 6 * calls(20)
+
+
+def test_how_sure_detections_are_is_judged_by_all_of_a_large_frame(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The surest come first, so that the last ones alone would let too many pass."""
+    monkeypatch.setattr(track_initiation, "LOWEST", 0.1)
+    births, count = TrackInitiation(), 4 * SCORES
+    scored = [Detection(Box(*box), -i) for i, box in enumerate(grid(count, 0.36).tolist())]
+    after, _ = births.with_scores(scored, scored).update(
+        0.0, scored, as_rows(()), 0.2, Initiation()
+    )
+    assert len(after.candidates) == 0.9 * count
+
+
+@pytest.mark.parametrize("ahead", [True, False])
+def test_images_are_watched_as_they_are_updated(ahead: bool) -> None:
+    images = [np.roll(GROUND, i, axis=1) for i in range(6)]
+    one, other = (Scene(lambda frame: [(30 + frame.index, 20, 20, 20)]) for _ in range(2))
+    watched = [told for image in images[:3] for told in one.update(image)]
+    watched += [told for _, tracks in one.watch(images[3:], ahead=ahead) for told in tracks]
+    updated = [told for image in images for told in other.update(image)]
+    assert [(t.frame, t.box) for t in watched] == [(t.frame, t.box) for t in updated]

@@ -163,6 +163,7 @@ def test_ctrl_c_gives_a_whole_document(tmp_path: Path, film: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["a.json"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("command", "images"),
     [(f"track FILM {BOX}", FRAMES), ("watch FILM", 8)],  # then an object is lost, in plain sight

@@ -7,11 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from motes.core.track import Status
 from motes.sot.algorithm import Algorithm
 from motes.sot.presets import configure, preset
-from motes.sot.tracker import Tracker
-from oracles import frame, region, scene
+from oracles import region, scene
 
 NAMES = ("default", "nummiaro", "maggio", "mean_shift")
 
@@ -20,12 +18,6 @@ def algorithm(name: str) -> Algorithm[Any]:
     return configure(
         preset(name), {"presence": {"max_positions": 100}} if name != "default" else {}
     )
-
-
-def started(name: str, seed: int = 0) -> Tracker:
-    tracker = Tracker(preset(name), seed)
-    tracker.init(scene(0, (30.0, 36)), region((30.0, 36)))
-    return tracker
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -50,44 +42,3 @@ def test_a_step_changes_nothing_that_it_is_given(name: str) -> None:
     one, other = (each.step(np.random.default_rng(1), state, picture)[1] for _ in "12")
     assert one.track.ellipse == other.track.ellipse
     np.testing.assert_array_equal(one.ellipses, other.ellipses)
-
-
-def test_the_default_tracker_reports_no_particles_that_it_does_not_have() -> None:
-    tracker = started("default")
-    assert tracker.info.ellipses.shape == (0, 5)
-    assert tracker.info.weights.shape == (0,)
-    tracker.update(scene(1, (32.0, 36)))
-    particles = tracker.info.ellipses
-    assert len(np.unique(particles[:, :2], axis=0)) == len(particles) >= 100
-    assert tracker.info.weights.sum() == pytest.approx(1)
-    tracker.correct(region((32.0, 36)))
-    assert not len(tracker.info.ellipses)
-
-
-def test_while_the_default_tracker_searches_it_reports_the_particles_of_the_search() -> None:
-    tracker = started("default")
-    for index in range(1, 10):
-        track = tracker.update(scene(index, (30.0 + index, 36) if index < 5 else None))
-    assert track.status is Status.SEARCHING
-    state: Any = tracker._state
-    assert len(state.search_particles) == len(tracker.info.weights) == 400
-    np.testing.assert_array_equal(tracker.info.ellipses[:, :2], state.search_particles[:, :2])
-    np.testing.assert_array_equal(tracker.info.weights, 1 / 400)
-
-
-@pytest.mark.parametrize("name", ["nummiaro", "mean_shift"])
-def test_a_target_that_changes_is_followed_while_it_stands_out(name: str) -> None:
-    """A green stripe over a third of it; from frame 14 on the target is gone."""
-    statuses = []
-    for contrast in (0.0, 0.3):
-        changes = {"contrast": contrast, "spread": 0.0, "margin": 0.7, "max_positions": 500}
-        tracker = Tracker(configure(preset(name), {"presence": changes}))
-        tracker.init(scene(0, (48, 36)), region((48, 36)))
-        statuses.append("")
-        for index in range(1, 24):
-            here = (48, 36) if index < 14 else None
-            pixels = scene(index, here).pixels.copy()
-            if here:
-                pixels[34:39, 38:59] = 10, 220, 10
-            statuses[-1] += tracker.update(frame(pixels, index)).status.value[0]
-    assert statuses == ["ttttl" + "s" * 18, "t" * 17 + "l" + "s" * 5]

@@ -52,6 +52,7 @@ def test_a_tracked_angle_does_not_jump_by_half_a_turn(tmp_path: Path, start: int
     assert tracker.correct((*FIRST[:4], theta)).ellipse.theta == pytest.approx(theta)
 
 
+@pytest.mark.slow
 def test_corrected_angles_go_on_from_the_keyframe(tmp_path: Path) -> None:
     with VideoWriter(tmp_path / "film.mkv", 25) as writer:
         for index in range(16):

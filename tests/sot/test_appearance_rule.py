@@ -10,14 +10,33 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
-from motes.cues.color import Color
+from motes.core.types import Floats
+from motes.cues.color import Color, ColorModel
 from motes.cues.sampling import EveryPixel
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
 from oracles import bhattacharyya, every_pixel, frame, mosaic
 
 CUE = Color(sampling=EveryPixel())
+
+
+RGB: Any = ("rgb", (8, 8, 8), "radial")
+
+
+def likenesses(picture: Frame, region: Ellipse, model: ColorModel, step: int = 1) -> Floats:
+    """Return rho of the region at every place (rows, columns), or at each `step`th, one by one."""
+    return np.array(
+        [
+            [
+                1 - bhattacharyya(every_pixel(picture.pixels, moved, *RGB), model.histogram) ** 2
+                for x in range(0, picture.width, step)
+                for moved in [region._replace(x=x, y=y)]
+            ]
+            for y in range(0, picture.height, step)
+        ]
+    )
 
 
 @pytest.mark.parametrize("step", [1, 3])
@@ -26,22 +45,12 @@ def test_background_over_every_pixel(step: int) -> None:
     background, target = frame(mosaic(1, 14, 19)), frame(mosaic(2, 14, 19))
     region = Ellipse(9, 6, 4.3, 3.1, 0.2)
     model = CUE.learn(target, region)
-    rho = [
-        1 - bhattacharyya(every_pixel(background.pixels, moved, *RGB), model.histogram) ** 2
-        for y in range(0, 14, step)
-        for x in range(0, 19, step)
-        for moved in [region._replace(x=x, y=y)]
-    ]
-    mean = sum(rho) / len(rho)
-    variance = sum((value - mean) ** 2 for value in rho) / len(rho)
+    rho = likenesses(background, region, model, step)
     found = AppearanceRule(max_positions=-(-14 * 19 // step**2)).background(
         CUE, model, background, region, target_in_frame=False
     )
-    assert found.mean == pytest.approx(mean, abs=1e-9)
-    assert found.deviation == pytest.approx(math.sqrt(variance), abs=1e-9)
-
-
-RGB: Any = ("rgb", (8, 8, 8), "radial")
+    assert found.mean == pytest.approx(rho.mean(), abs=1e-9)
+    assert found.deviation == pytest.approx(rho.std(), abs=1e-9)
 
 
 def test_the_target_is_no_background() -> None:
@@ -50,13 +59,9 @@ def test_the_target_is_no_background() -> None:
     pixels[3:10, 4:11] = 77
     picture = frame(pixels)
     model = CUE.learn(picture, region)
-    rho = [
-        1 - bhattacharyya(every_pixel(pixels, moved, *RGB), model.histogram) ** 2
-        for y in range(14)
-        for x in range(25)
-        if abs(x - 7) > 5 or abs(y - 6) > 5
-        for moved in [region._replace(x=x, y=y)]
-    ]
+    rows, columns = np.mgrid[:14, :25]
+    beside = (abs(columns - 7) > 5) | (abs(rows - 6) > 5)
+    rho = likenesses(picture, region, model)[beside]
     found = AppearanceRule().background(CUE, model, picture, region, target_in_frame=True)
     assert found.mean == pytest.approx(np.mean(rho))
     assert found.deviation == pytest.approx(np.std(rho))
@@ -75,45 +80,21 @@ def test_a_target_as_large_as_the_frame_leaves_no_other_background() -> None:
     assert (inside.mean, inside.deviation) == (outside.mean, outside.deviation)
 
 
-def test_some_thousand_positions_give_the_threshold_of_every_pixel() -> None:
-    """Neighboring regions share most of their pixels."""
-    rng = np.random.default_rng(5)
-    blocks = rng.integers(0, 256, (15, 20, 3), dtype=np.uint8)
-    picture = frame(np.kron(blocks, np.ones((16, 16, 1), np.uint8)))
-    region = Ellipse(150, 120, 12, 20)
-    cue = Color(bins=(4, 4, 4))
-    model = cue.learn(picture, region)
-    few, every = (
-        rule.threshold(rule.background(cue, model, picture, region, target_in_frame=True))
-        for rule in (AppearanceRule(margin=0.7), AppearanceRule(margin=0.7, max_positions=400_000))
-    )
-    assert few != every
-    assert few == pytest.approx(every, abs=0.002)
-
-
 @pytest.mark.parametrize(
-    ("background", "threshold"),
+    ("margin", "background", "threshold"),
     [
-        (BackgroundStatistics(0.3, 0.1), 0.5),
-        (BackgroundStatistics(0.0, 0.0), 0.0),
-        (BackgroundStatistics(0.8, 0.3), 0.9),
+        (0.0, BackgroundStatistics(0.3, 0.1), 0.5),  # equation 13
+        (0.0, BackgroundStatistics(0.0, 0.0), 0.0),
+        (0.0, BackgroundStatistics(0.8, 0.3), 0.9),
+        # The margin asks for more where the background varies little.
+        (0.7, BackgroundStatistics(0.2, 0.1), 0.2 + 0.7 * 0.8),
+        (0.7, BackgroundStatistics(0.2, 0.32), 0.84),
+        (0.7, BackgroundStatistics(0.9, 0.01), 0.9),
     ],
 )
-def test_equation_13(background: BackgroundStatistics, threshold: float) -> None:
-    rule = AppearanceRule(deviations=2.0, max_threshold=0.9)
-    rho = np.array([0.0, threshold - 1e-6, threshold + 1e-6, 1.0]).clip(0, 1)
-    expected = rho > threshold
-    np.testing.assert_array_equal(rho > rule.threshold(background), expected)
-
-
-def test_the_margin_asks_for_more_where_the_background_varies_little() -> None:
-    rule = AppearanceRule(deviations=2.0, margin=0.7, max_threshold=0.9)
-    for background, threshold in [
-        (BackgroundStatistics(0.2, 0.1), 0.2 + 0.7 * 0.8),
-        (BackgroundStatistics(0.2, 0.32), 0.84),
-        (BackgroundStatistics(0.9, 0.01), 0.9),
-    ]:
-        assert rule.threshold(background) == pytest.approx(threshold)
+def test_threshold(margin: float, background: BackgroundStatistics, threshold: float) -> None:
+    rule = AppearanceRule(deviations=2.0, margin=margin, max_threshold=0.9)
+    assert rule.threshold(background) == pytest.approx(threshold)
 
 
 def walk(
@@ -182,12 +163,9 @@ def test_a_tracked_target_stands_out_from_the_corners_of_its_box() -> None:
     printed = AppearanceRule()
     assert printed.holds(Status.TRACKING, True, 0.1, 0.9, 7.0)
     assert not printed.holds(Status.TRACKING, False, 0.9, 0.1, 0.0)
-
-
-def test_particles_that_agree_on_no_place_show_no_target() -> None:
-    rule = AppearanceRule(spread=0.5)
-    assert rule.holds(Status.TRACKING, True, 1.0, 0.0, 0.49)
-    assert not rule.holds(Status.TRACKING, True, 1.0, 0.0, 0.51)
+    agreed = AppearanceRule(spread=0.5)  # particles that agree on no place show no target
+    assert agreed.holds(Status.TRACKING, True, 1.0, 0.0, 0.49)
+    assert not agreed.holds(Status.TRACKING, True, 1.0, 0.0, 0.51)
 
 
 def test_regions_beside_are_at_the_corners_of_the_box() -> None:

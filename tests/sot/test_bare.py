@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-from PIL import Image
 
 from motes import Tracker, synthetic
-from motes.cli import main
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes.sot.bare import bare_note
-from motes.synthetic import Pitch, Street
 from textured import seen, textured
 
 BOX = 140, 100, 40, 30
@@ -52,6 +47,9 @@ def stripes() -> Floats:
     return np.where(np.arange(320) < 160, 60.0, 200.0) + wall(1.0, 0.0) - 100
 
 
+TEXTURE: Floats = seen(textured(), 200, 200).pixels[..., 0].astype(float)
+
+
 @pytest.mark.parametrize(
     ("gray", "bare"),
     [
@@ -63,43 +61,33 @@ def stripes() -> Floats:
         pytest.param(wall(0.5) + waves(16), False, id="cloth"),
         pytest.param(wall() + blob(10, 30), False, id="faint"),
         pytest.param(wall(0.5) + blob(6, 12), False, id="fainter and smaller"),
-        pytest.param(seen(textured(), 200, 200).pixels[..., 0], False, id="texture"),
+        pytest.param(TEXTURE, False, id="texture"),
     ],
 )
 def test_bare_regions(gray: Floats, bare: bool) -> None:
     assert (bare_note(frame(gray), Ellipse.from_box(BOX)) is not None) == bare
 
 
-def test_turned_regions() -> None:
-    turned = Ellipse.from_box(BOX)._replace(theta=0.7)
-    assert bare_note(frame(wall()), turned)
-    assert bare_note(frame(wall() + blob(10, 30)), turned) is None
+@pytest.mark.parametrize(
+    ("region", "bare", "other"),
+    [
+        (Ellipse.from_box(BOX)._replace(theta=0.7), wall(), wall() + blob(10, 30)),
+        (Ellipse(*MIDDLE, 6, 6), wall(), wall() + blob(20, 12)),
+        (Ellipse(5, 5, 20, 15), wall(light=0.0), TEXTURE),
+        (Ellipse(319.5, 239.4, 20, 15), wall(light=0.0), TEXTURE),
+    ],
+    ids=["turned", "small", "in a corner", "half outside"],
+)
+def test_other_regions(region: Ellipse, bare: Floats, other: Floats) -> None:
+    assert bare_note(frame(bare), region)
+    assert bare_note(frame(other), region) is None
 
 
-def test_small_target() -> None:
-    region = Ellipse(*MIDDLE, 6, 6)
-    assert bare_note(frame(wall()), region)
-    assert bare_note(frame(wall() + blob(20, 12)), region) is None
-
-
-@pytest.mark.parametrize("name", ["demo", "turning", "growing", "crossing", "still", "crowd"])
-def test_rendered_targets(name: str) -> None:
-    picture, truths = getattr(synthetic, name)()[0]
-    assert all(bare_note(picture, truth.ellipse) is None for truth in truths)
-
-
-@pytest.mark.parametrize("film", [Street, Pitch])
-def test_painted_targets(film: type[Street] | type[Pitch]) -> None:
-    picture, truths = film()[0]
-    assert all(bare_note(picture, truth.ellipse) is None for truth in truths if truth.visible > 0.5)
-
-
-def test_region_at_a_border() -> None:
-    whole = Ellipse(159.5, 119.5, 160, 120)
-    for region in (Ellipse(5, 5, 20, 15), Ellipse(318, 238, 20, 15), whole):
-        assert bare_note(frame(wall(light=0.0)), region)
-    for x, y in ((-0.5, -0.4), (319.5, 239.4)):
-        assert bare_note(seen(textured(), 200, 200), Ellipse(x, y, 20, 15)) is None
+def test_targets_of_films_are_not_bare() -> None:
+    for film in (synthetic.demo((320, 240), frames=1), synthetic.Pitch()):
+        picture, truths = film[0]
+        seen = [truth.ellipse for truth in truths if truth.visible > 0.5]
+        assert [bare_note(picture, ellipse) for ellipse in seen] == [None] * len(seen)
 
 
 def test_library_warns(caplog: pytest.LogCaptureFixture) -> None:
@@ -115,22 +103,3 @@ def test_library_warns(caplog: pytest.LogCaptureFixture) -> None:
     other.init(frame(wall() + blob(60, 40)), BOX)
     assert not any(each.info.note for each in (tracker, other))
     assert not caplog.records
-
-
-@pytest.mark.parametrize(
-    ("target", "times"),
-    [
-        ("--init 140,100,40,30", 1),
-        ("--init 140,100,40,30 --init 40,30,40,30", 2),
-        ("--at 1=140,100,40,30", 1),
-        ("--at 0=140,100,40,30 --at 2=150,100,40,30", 2),
-    ],
-)
-def test_command_warns(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str], target: str, times: int
-) -> None:
-    for i in range(3):
-        Image.fromarray(frame(wall()).pixels).save(tmp_path / f"{i}.png")
-    command = ["track", str(tmp_path), *target.split(), "-o", str(tmp_path / "rows.csv")]
-    assert main(command) == 0
-    assert capfd.readouterr().err.count("looks like what is around it") == times

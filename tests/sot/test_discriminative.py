@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,26 +15,20 @@ from PIL import Image, ImageDraw
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, Ellipse, iou
 from motes.core.track import Status, Track
-from motes.sot.discriminative import tracker as tracker_module
+from motes.sot.discriminative import placing
 from motes.sot.discriminative.expert import Evidence
-from motes.sot.discriminative.localization import localize
-from motes.sot.discriminative.placing import TURN, turned
+from motes.sot.discriminative.localization import WindowEstimate, localize
+from motes.sot.discriminative.placing import TURN, Found, turned
+from motes.sot.discriminative.prediction import Transition
 from motes.sot.discriminative.redetection import Redetection
 from motes.sot.discriminative.standing import Rival, Standing
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.tracker import Tracker
 from motes.synthetic.street import Street
+from textured import blocks
 
 Pixels = NDArray[np.uint8]
 Place = tuple[float, float]
-Color = tuple[int, int, int]
-
-
-def blocks(seed: int, height: int, width: int, side: int, low: Color, high: Color) -> Pixels:
-    """Return a texture of blocks of random colors."""
-    rng = np.random.default_rng(seed)
-    coarse = rng.integers(low, high, (height // side + 1, width // side + 1, 3), np.uint8)
-    return coarse.repeat(side, axis=0).repeat(side, axis=1)[:height, :width]
 
 
 def wall(height: int, width: int) -> Pixels:
@@ -56,21 +51,15 @@ def film(
     """
     frames, boxes = [], []
     width, height = size
-    target = coat(height, width)
+    target = Image.fromarray(coat(height, width))
     for index, (x, y) in enumerate(places):
-        pixels = background.copy()
+        picture = Image.fromarray(background).copy()
         left, top = round(x - (width - 1) / 2), round(y - (height - 1) / 2)
-        rows = slice(max(top, 0), max(min(top + height, len(pixels)), 0))
-        columns = slice(max(left, 0), max(min(left + width, pixels.shape[1]), 0))
-        part = pixels[rows, columns]
-        part[:] = target[
-            rows.start - top : rows.start - top + part.shape[0],
-            columns.start - left : columns.start - left + part.shape[1],
-        ]
+        picture.paste(target, (left, top))
         if bar is not None:
-            x0, y0, w, h = (round(value) for value in bar)
-            pixels[y0 : y0 + h, x0 : x0 + w] = (70, 75, 80)
-        frames.append(Frame(index, index * FRAME_INTERVAL, pixels))
+            x0, y0, w, h = map(round, bar)
+            picture.paste((70, 75, 80), (x0, y0, x0 + w, y0 + h))
+        frames.append(Frame(index, index * FRAME_INTERVAL, np.array(picture)))
         boxes.append(Box(left, top, width, height))
     return frames, boxes
 
@@ -85,24 +74,17 @@ def colorless(frames: list[Frame]) -> list[Frame]:
 
 
 def circle(middle: Place, radius: float, count: int) -> list[Place]:
-    turns = np.arange(count) / 8
-    return [
-        (middle[0] + radius * np.sin(turn), middle[1] + radius * (1 - np.cos(turn)))
-        for turn in turns.tolist()
-    ]
+    x, y = middle
+    turns = [step / 8 for step in range(count)]
+    return [(x + radius * math.sin(t), y + radius * (1 - math.cos(t))) for t in turns]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("gray", [False, True], ids=["color", "gray"])
 @pytest.mark.parametrize(
     ("size", "frame"),
-    [
-        ((8, 8), (160, 120)),
-        ((30, 50), (320, 240)),
-        ((12, 60), (320, 240)),
-        ((160, 120), (320, 240)),
-    ],
-    ids=["8 pixels", "upright", "thin", "half of the frame"],
+    [((8, 8), (160, 120)), ((12, 60), (320, 240)), ((160, 120), (320, 240))],
+    ids=["8 pixels", "thin", "half of the frame"],
 )
 def test_follows_targets_of_every_size(
     size: tuple[int, int], frame: tuple[int, int], gray: bool
@@ -118,59 +100,30 @@ def test_follows_targets_of_every_size(
     assert {track.status for track in tracks} == {Status.TRACKING}
 
 
-def grown() -> tuple[list[Frame], list[Box]]:
-    frames, boxes = [], []
-    for index in range(25):
-        side = round(40 * 1.03**index)
-        (frame,), (box,) = film([(160.0, 120.0)], (side, side), wall(240, 320))
-        frames.append(Frame(index, index * FRAME_INTERVAL, frame.pixels))
-        boxes.append(box)
-    return frames, boxes
-
-
 @pytest.mark.slow
-def test_a_growing_target_has_no_steps_of_size() -> None:
-    frames, boxes = grown()
-    tracks = follow(frames, boxes[0])
-    sides = np.log([math.sqrt(box.width * box.height) for box in boxes])
-    reported = np.log([track.ellipse.side for track in tracks])
-    steps = np.abs(np.diff(reported - sides)[10:])
-    assert steps.max() < 0.03  # half of a step from one compared size to the next
-    assert np.abs(reported - reported[0] - (sides - sides[0])).mean() < 0.04
-
-
-class Moment(NamedTuple):
-    """What is told of a frame, and whether something was learned of it."""
-
-    track: Track
-    box: Box
-    learned: bool
-
-
-@pytest.fixture(scope="module")
-def hidden() -> list[Moment]:
-    """Return what is told of a target that is behind a bar in frames 20 to 39, and comes out."""
+def test_a_hidden_target_is_lost_and_found_again() -> None:
+    """It is behind a bar in frames 20 to 39, of which nothing is learned, and comes out."""
     x = np.concatenate([np.linspace(40, 150, 21), np.full(18, 150.0), np.linspace(150, 260, 21)])
     places = [(value, 100.0) for value in x.tolist()]
     frames, boxes = film(places, (30, 40), wall(200, 320), Box(125, 60, 50, 80))
     tracker = Tracker()
-    moments = [Moment(tracker.init(frames[0], boxes[0]), boxes[0], True)]
-    for frame, box in zip(frames[1:], boxes[1:], strict=True):
+    tracks, learned = [tracker.init(frames[0], boxes[0])], [True]
+    for frame in frames[1:]:
         before = tracker.info.models["correlation"]
-        track = tracker.update(frame)
-        learned = tracker.info.models["correlation"] is not before
-        moments.append(Moment(track, box, learned))
-    return moments
-
-
-@pytest.mark.slow
-def test_a_hidden_target_is_lost_and_found_again(hidden: list[Moment]) -> None:
-    tracks = [each.track for each in hidden]
+        tracks.append(tracker.update(frame))
+        learned.append(tracker.info.models["correlation"] is not before)
     assert {track.status for track in tracks[:15]} == {Status.TRACKING}
     assert Status.LOST in {track.status for track in tracks[18:32]}
     assert {track.status for track in tracks[30:38]} == {Status.SEARCHING}
+    assert all(learned[3:13])
+    assert not any(learned[27:37])
     assert {track.status for track in tracks[-8:]} == {Status.TRACKING}
-    assert iou(tracks[-1].box, hidden[-1].box) > 0.6
+    # What is found is believed after three frames, and then learned.
+    there = [i for i in range(41, 60) if iou(tracks[i].box, boxes[i]) > 0.5]
+    waited = [(tracks[i].status, learned[i]) for i in there]
+    assert waited[:2] == [(Status.SEARCHING, False)] * 2
+    assert (Status.TRACKING, True) in waited[2:4]
+    assert iou(tracks[-1].box, boxes[-1]) > 0.6
 
 
 @pytest.mark.slow
@@ -182,34 +135,6 @@ def test_a_car_of_another_color_is_not_taken_for_the_one_that_is_hidden() -> Non
         if truth.visible > 0.5:
             found.append(iou(track.box, truth.ellipse.box) > 0.5)
     assert np.mean(found) > 0.85
-
-
-@pytest.mark.slow
-def test_nothing_is_learned_of_what_hides_the_target(hidden: list[Moment]) -> None:
-    assert all(each.learned for each in hidden[3:13])
-    assert not any(each.learned for each in hidden[27:37])
-
-
-@pytest.mark.slow
-def test_what_is_found_is_believed_after_three_frames_and_then_learned(
-    hidden: list[Moment],
-) -> None:
-    there = [each for each in hidden[41:] if iou(each.track.box, each.box) > 0.5]
-    waited = [(each.track.status, each.learned) for each in there]
-    assert waited[:2] == [(Status.SEARCHING, False)] * 2
-    assert (Status.TRACKING, True) in waited[2:4]
-
-
-@pytest.mark.slow
-def test_a_target_that_leaves_and_returns_elsewhere() -> None:
-    out = [(300.0 + 8 * index, 60.0) for index in range(8)]
-    places = [(220.0 + 8 * index, 60.0) for index in range(10)] + out + [(-60.0, 150.0)] * 12
-    places += [(-10.0 + 5 * index, 150.0) for index in range(40)]
-    frames, boxes = film(places, (30, 40), wall(200, 320))
-    tracks = follow(frames, boxes[0])
-    assert {track.status for track in tracks[20:28]} == {Status.SEARCHING}
-    assert tracks[-1].status is Status.TRACKING
-    assert iou(tracks[-1].box, boxes[-1]) > 0.5
 
 
 def test_a_turned_region_stays_turned() -> None:
@@ -254,11 +179,17 @@ def test_a_turned_target_is_seen_as_turned(degrees: float, side: int) -> None:
     assert found.pose[:2] == pytest.approx((160, 120), abs=3)
 
 
+def begun(config: Discriminative, places: list[Place]) -> tuple[list[Frame], Any, Any]:
+    """Return a film of two frames, its random numbers, and the state after the first."""
+    frames, boxes = film(places, (30, 40), wall(240, 320))
+    rng = np.random.default_rng(0)
+    return frames, rng, config.init(rng, frames[0], Ellipse.from_box(boxes[0]))[0]
+
+
 def test_a_lost_target_is_followed_by_what_is_most_like_it() -> None:
     """It may only look different for a while, and must not be left behind."""
-    frames, boxes = film([(160.0, 100.0), (168.0, 100.0)], (30, 40), wall(240, 320))
-    config, rng = Discriminative(evidence=Evidence(prior=-30.0)), np.random.default_rng(0)
-    state, _ = config.init(rng, frames[0], Ellipse.from_box(boxes[0]))
+    config = Discriminative(evidence=Evidence(prior=-30.0))
+    frames, rng, state = begun(config, [(160.0, 100.0), (168.0, 100.0)])
     state = replace(state, standing=Standing(Status.SEARCHING, missed=5))
     after, info = config.step(rng, state, frames[1])
     assert (after.standing.status, after.standing.missed) == (Status.SEARCHING, 6)
@@ -268,29 +199,22 @@ def test_a_lost_target_is_followed_by_what_is_most_like_it() -> None:
     assert len(info.ellipses) == config.particles  # those of the search
 
 
-def twins(apart: float, count: int) -> tuple[list[Frame], list[Box]]:
-    """Return a target that passes another one just like it."""
-    places = [(100.0 + 3 * index, 100.0) for index in range(count)]
-    frames, boxes = film(places, (30, 40), wall(240, 320))
-    other = coat(40, 30)
-    for frame in frames:
-        top, left = round(100 + apart - 19.5), 160
-        frame.pixels[top : top + 40, left : left + 30] = other
-    return frames, boxes
-
-
 @pytest.mark.slow
 def test_a_twin_near_by_is_not_taken_for_the_target() -> None:
-    frames, boxes = twins(55.0, 40)
+    """The target passes another one just like it."""
+    places = [(100.0 + 3 * index, 100.0) for index in range(40)]
+    frames, boxes = film(places, (30, 40), wall(240, 320))
+    for frame in frames:
+        frame.pixels[136:176, 160:190] = coat(40, 30)
     tracks = follow(frames, boxes[0])
     overlaps = [float(iou(track.box, box)) for track, box in zip(tracks, boxes, strict=True)]
     assert min(overlaps) > 0.5
 
 
 def test_nothing_is_learned_while_a_rival_lives() -> None:
-    frames, boxes = film([(160.0, 100.0)] * 2, (30, 40), wall(240, 320))
-    config, rng = Discriminative(), np.random.default_rng(0)
-    state, _ = config.init(rng, frames[0], Ellipse.from_box(boxes[0]))
+    config = Discriminative()
+    frames, rng, state = begun(config, [(160.0, 100.0)] * 2)
+    still = frames[1].pixels.copy()
     twin = coat(40, 30)
     frames[1].pixels[80:120, 200:230] = twin
     rival = Rival(state.ellipse._replace(x=214.5, y=99.5), 0.0, alive=True)
@@ -299,21 +223,81 @@ def test_nothing_is_learned_while_a_rival_lives() -> None:
     assert after.rival.place[:2] == pytest.approx((214.5, 99.5), abs=2)
     assert after.correlation is state.correlation
     assert after.experts["confined"] is state.experts["confined"]
-    alone, _ = config.step(rng, state, film([(160.0, 100.0)] * 2, (30, 40), wall(240, 320))[0][1])
+    alone, _ = config.step(rng, state, Frame(1, FRAME_INTERVAL, still))
     assert not alone.rival.alive
     assert alone.experts["confined"] is not state.experts["confined"]
 
 
 def test_a_rival_with_more_evidence_becomes_the_target() -> None:
     """As when a place on the background is followed by mistake."""
-    frames, boxes = film([(160.0, 100.0)] * 2, (30, 40), wall(240, 320))
-    config, rng = Discriminative(), np.random.default_rng(0)
-    state, _ = config.init(rng, frames[0], Ellipse.from_box(boxes[0]))
+    config = Discriminative()
+    frames, rng, state = begun(config, [(160.0, 100.0)] * 2)
     wrong = replace(state, ellipse=state.ellipse._replace(x=110.0))
     after, info = config.step(rng, wrong, frames[1])
     assert after.ellipse[:2] == pytest.approx((160.0, 100.0), abs=2)
     assert not after.rival.alive
     assert info.track.status is Status.TRACKING
+
+
+HERE, THERE = Ellipse(50.0, 50.0, 10.0, 10.0), Ellipse(90.0, 50.0, 10.0, 10.0)
+FRAME = Frame(0, 0.0, np.zeros((100, 150, 3), np.uint8))
+
+
+def estimate(place: Ellipse, evidence: float) -> Any:
+    return SimpleNamespace(pose=place, evidence=evidence, sights={})
+
+
+@pytest.mark.parametrize(
+    ("here", "there", "transition", "wins"),
+    [
+        (1.0, 2.5, None, True),  # nothing is known of its motion
+        (1.0, 2.5, Transition(50.0, 50.0, 2.0), False),  # it would be a leap
+        (1.0, 2.5, Transition(50.0, 50.0, 200.0), True),  # as it may be where motion is erratic
+        (1.0, 4.5, Transition(50.0, 50.0, 2.0), True),  # the evidence is clear
+        (-1.0, 1.5, Transition(50.0, 50.0, 2.0), True),  # it is not where it was expected
+    ],
+)
+def test_a_leap_needs_more_evidence_where_the_target_may_be_as_expected(
+    here: float,
+    there: float,
+    transition: Transition | None,
+    wins: bool,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(placing, "localize", lambda *_: estimate(THERE, there))
+    state: Any = SimpleNamespace(rival=Rival(HERE))
+    found = placing._compare(
+        Discriminative(), np.random.default_rng(0), state, FRAME, estimate(HERE, here),
+        np.zeros(2), [THERE], transition,
+    )  # fmt: skip
+    assert (found.look.pose == THERE) is wins
+    assert found.rival.alive is not wins
+
+
+def test_the_search_finds_what_looks_like_the_first_region(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two cars of one shape, as likely by all other voices; the red one was there first."""
+    red, black = Ellipse(40.0, 50.0, 12.0, 8.0), Ellipse(100.0, 50.0, 12.0, 8.0)
+    pixels = np.full((100, 150, 3), 120, np.uint8)
+    pixels[42:59, 28:53], pixels[42:59, 88:113] = (200, 30, 30), (20, 20, 30)
+    frame, redetection = Frame(0, 0.0, pixels), Redetection()
+    appearance = redetection.updated(redetection.learn(frame, red), frame, red, 0.05)
+    lost: Any = SimpleNamespace(
+        appearance=appearance,
+        search_particles=np.empty((0, 5)),
+        ellipse=black,
+        standing=Standing(missed=5),
+    )
+
+    def seen(place: Ellipse, evidence: float) -> Any:
+        return WindowEstimate(place, *[None] * 6, place, *[None] * 3, evidence)  # type: ignore
+
+    for there, clear in ((red, True), (black, False)):
+        monkeypatch.setattr(placing, "localize", lambda *_, there=there: seen(there, 2.0))
+        config = Discriminative(particles=100, redetection=redetection)
+        before = Found(seen(HERE, -1.0), Rival(HERE))
+        found = placing.search(config, np.random.default_rng(0), lost, frame, before)
+        assert found.jumped is clear
+        assert found.look.pose == (red if clear else HERE)
 
 
 def test_fewer_particles_where_the_place_is_clear() -> None:
@@ -330,70 +314,3 @@ def test_fewer_particles_where_the_place_is_clear() -> None:
     clear, unclear = ([count(frame) for _ in range(9)] for frame in (frames[1], empty))
     assert max(clear) == config.particles // 4
     assert config.particles // 4 < np.mean(unclear) <= config.particles
-
-
-def test_a_target_with_the_colors_of_its_surroundings_is_tracked_with_certainty() -> None:
-    rng = np.random.default_rng(1)
-    ground, target = (
-        np.kron(rng.integers(60, 200, shape), np.ones((4, 4))) for shape in ((60, 80), (10, 8))
-    )
-    frames, boxes = [], []
-    for index in range(12):
-        scene, x, y = ground.copy(), 100 + 3 * index, 80 + 2 * index
-        scene[y : y + 40, x : x + 32] = target
-        pixels = np.repeat(scene[..., None], 3, axis=2).astype(np.uint8)
-        frames.append(Frame(index, index * FRAME_INTERVAL, pixels))
-        boxes.append(Box(x, y, 32, 40))
-    tracks = follow(frames, boxes[0])
-    assert iou(tracks[-1].box, boxes[-1]) > 0.6
-    assert min(track.confidence for track in tracks) > 0.8
-
-
-def test_it_is_sized_and_looked_at_turned_in_turns(monkeypatch: pytest.MonkeyPatch) -> None:
-    frames, boxes = film([(160.0, 100.0)] * 7, (30, 40), wall(240, 320))
-    tracker, done = Tracker(), list[str]()
-    tracker.init(frames[0], boxes[0])
-    for name in ("estimated", "turned"):
-        method = getattr(tracker_module, name)
-
-        def noted(*arguments: Any, name: str = name, method: Any = method) -> Any:
-            done.append(name)
-            return method(*arguments)
-
-        monkeypatch.setattr(tracker_module, name, noted)
-    monkeypatch.setattr("motes.sot.discriminative.tracker.DECIDED", 99.0)  # always in doubt
-    for picture in frames[1:]:
-        tracker.update(picture)
-    assert done == ["estimated", "turned"] * 3
-
-
-def test_where_it_is_not_sized_it_is_as_sure_of_the_size_as_before() -> None:
-    frames, boxes = film([(160.0, 100.0)] * 2, (30, 40), wall(240, 320))
-    config, rng = Discriminative(), np.random.default_rng(0)
-    state, _ = config.init(rng, frames[0], Ellipse.from_box(boxes[0]))
-    state = replace(state, scale_due=False, factors=np.array([0.9, 1.1]))
-    after, info = config.step(rng, state, frames[1])
-    assert info.track.ellipse[2:4] == pytest.approx((15, 20))
-    assert np.sqrt(info.track.covariance[2, 2]) == pytest.approx(0.1 * 15, rel=0.1)
-    assert after.scale_due
-
-
-def test_those_who_search_go_on_from_where_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
-    frames, boxes = film([(160.0, 100.0)] * 8, (30, 40), wall(240, 320))
-    tracker = Tracker()
-    tracker.init(frames[0], boxes[0])
-    for frame in frames[1:]:
-        tracker.update(frame)
-    given, told, step = [], [], Redetection.step
-
-    def noted(self: Redetection, rng: Any, model: Any, searchers: Any, *rest: Any) -> Any:
-        given.append(searchers)
-        told.append(step(self, rng, model, searchers, *rest))
-        return told[-1]
-
-    monkeypatch.setattr(Redetection, "step", noted)
-    for index in range(8, 12):
-        tracker.update(Frame(index, index * FRAME_INTERVAL, wall(240, 320)))
-    assert len(given) > 1
-    for before, (after, _) in zip(given[1:], told[:-1], strict=True):
-        np.testing.assert_array_equal(before, after)

@@ -1,4 +1,4 @@
-"""The experts of the default tracker: what each says, and what they decide together."""
+"""The experts of the default tracker: what each says, and what models learn of two looks."""
 
 from __future__ import annotations
 
@@ -9,11 +9,14 @@ import numpy as np
 import pytest
 
 from motes.core.config import Config, from_dict, from_toml, to_toml
+from motes.core.errors import ConfigError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
-from motes.cues.color import Color
-from motes.sot.discriminative.expert import Confined, Expert, Experts
+from motes.cues.base import Cue
+from motes.cues.color import Color, Posterior
+from motes.cues.correlation_filter import Correlation
+from motes.sot.discriminative.expert import Confined, Evidence, Expert, Experts, probability
 from motes.sot.discriminative.standing import APART, Standing
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.tracker import Tracker
@@ -103,14 +106,6 @@ def test_a_numpy_number_is_a_number() -> None:
     assert {track.status for track in tracks} == {Status.TRACKING}
 
 
-def test_no_voice_can_veto_the_others() -> None:
-    """A target that has lost its colors, as in another light, is still known by its shape."""
-    tracker = Tracker()
-    tracker.init(picture(), PLACE)
-    track = tracker.update(Frame(1, FRAME_INTERVAL, picture(gray=True).pixels))
-    assert track.confidence > 0.5
-
-
 def sight_of(expert: Expert, frame: Frame) -> Any:
     return expert.look(expert.learn(picture(), PLACE), frame, PLACE)
 
@@ -134,13 +129,74 @@ def test_it_refines_a_place_up_to_where_another_target_begins(apart: float, near
     assert found is near
 
 
-@pytest.mark.parametrize("share", [0.0, 1.0])
-def test_nothing_is_learned_of_a_frame_with_a_share_of_0(share: float) -> None:
-    confined, frame = Confined(), picture(122.0)
-    model = confined.learn(picture(), PLACE)
-    sight = confined.look(model, frame, PLACE)
-    after = confined.updated(model, frame, sight, PLACE._replace(x=122.0), share)
-    assert (after is model) is (share == 0)
+def test_an_expert_makes_the_tracker_surer_by_what_it_says() -> None:
+    evidence = {}
+    for says in (-1.0, 2.0):
+        config = Discriminative(extra_experts={"sure": Sure(says)})
+        rng = np.random.default_rng(0)
+        state, _ = config.init(rng, picture(), PLACE)
+        after, info = config.step(rng, state, Frame(1, FRAME_INTERVAL, picture().pixels))
+        confidence = info.track.confidence / after.identity.belief
+        evidence[says] = math.log(confidence / (1 - confidence))
+    assert evidence[2.0] - evidence[-1.0] == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize("voice", ["gradients", "contrast"])
+def test_each_voice_speaks_for_the_target(voice: str) -> None:
+    said = {"gradients": 0.5, "contrast": 0.5}
+    less, more = (said | {voice: value} for value in (0.2, 0.4))
+    gained = Evidence().log_odds(**more) - Evidence().log_odds(**less)
+    assert gained == pytest.approx(0.2 * getattr(Evidence(), voice))
+    mute = Evidence(**{voice: 0.0})
+    assert mute.log_odds(**more) == mute.log_odds(**less)
+
+
+def test_probabilities_of_log_odds() -> None:
+    assert probability(0.0) == 0.5
+    assert probability(math.log(3)) == pytest.approx(0.75)
+    assert 0 < probability(-1e9) < 1e-12 < 1 - 1e-12 < probability(1e9) <= 1
+
+
+REGION = Ellipse(60, 50, 16, 20)
+BOX = REGION.box
+
+
+def look(seed: int, index: int = 0) -> Frame:
+    """Return a frame with a target whose texture is drawn anew for each seed."""
+    pixels = np.full((100, 120, 3), 90, np.uint8)
+    blocks = np.random.default_rng(seed).integers(0, 256, (5, 4, 3), np.uint8)
+    pixels[30:70, 44:76] = blocks.repeat(8, axis=0).repeat(8, axis=1)
+    return Frame(index, index / 25, pixels)
+
+
+@pytest.mark.parametrize("cue", [Color(), Correlation(), Posterior()])
+def test_a_model_of_two_looks_is_near_to_both(cue: Cue) -> None:
+    one, two, region = look(1), look(2), np.array([REGION])
+    model = cue.learn(one, REGION)
+    both = cue.learn_also(model, two, REGION)
+    alone = [float(cue.distances(model, frame, region)[0]) for frame in (one, two)]
+    found = [float(cue.distances(both, frame, region)[0]) for frame in (one, two)]
+    assert alone[0] < 0.1 or cue == Posterior()
+    assert found[1] < alone[1] - 0.1
+    # The first look counts more in a correlation filter, whose first frame is its anchor.
+    assert found[0] == pytest.approx(found[1], abs=0.3 if isinstance(cue, Correlation) else 0.05)
+
+
+@pytest.mark.parametrize("name", ["default", "nummiaro", "mean_shift"])
+def test_the_target_stays_where_it_is(name: str) -> None:
+    tracker = Tracker(name)
+    with pytest.raises(ConfigError, match="no target yet"):
+        tracker.learn_also(look(2), BOX)
+    before = tracker.init(look(1), BOX)
+    alone = Tracker(name)
+    alone.init(look(1), BOX)
+    tracker.learn_also(look(2), BOX)
+    assert tracker.info.track is before
+    after = tracker.update(look(2, 1))
+    assert after.ellipse[:2] == pytest.approx(REGION[:2], abs=2)
+    assert after.distance < alone.update(look(2, 1)).distance or name == "default"
+    with pytest.raises(ConfigError, match="outside the frame"):
+        tracker.learn_also(look(2), (900, 900, 9, 9))
 
 
 def test_another_expert_can_decide_between_two_places() -> None:
@@ -154,13 +210,12 @@ def test_another_expert_can_decide_between_two_places() -> None:
     assert after.standing == Standing(confirmed=1)
 
 
-def test_an_expert_makes_the_tracker_surer_by_what_it_says() -> None:
-    evidence = {}
-    for says in (-1.0, 2.0):
-        config = Discriminative(extra_experts={"sure": Sure(says)})
-        rng = np.random.default_rng(0)
-        state, _ = config.init(rng, picture(), PLACE)
-        after, info = config.step(rng, state, Frame(1, FRAME_INTERVAL, picture().pixels))
-        confidence = info.track.confidence / after.identity.belief
-        evidence[says] = math.log(confidence / (1 - confidence))
-    assert evidence[2.0] - evidence[-1.0] == pytest.approx(3.0)
+def test_a_histogram_is_the_mean_and_its_anchor_stays() -> None:
+    color = Color()
+    one = color.learn(look(1), REGION)
+    both = color.learn_also(one, look(2), REGION)
+    seen = color.observe(one, look(2), REGION)
+    assert both.histogram == pytest.approx((one.histogram + seen) / 2)
+    assert both.anchor is one.anchor
+    outside = Ellipse(-900, -900, 5, 5)
+    assert color.learn_also(one, look(2), outside) is one

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.geometry import Ellipse
+from motes.core.types import Floats
 from motes.sot.filtering.motion import (
     Autoregressive,
     ConstantVelocity,
@@ -22,8 +22,6 @@ from motes.sot.filtering.motion import (
     RandomWalk,
     SecondOrder,
 )
-
-Floats = NDArray[np.float64]
 
 # Without what is not linear: a common change of size is tested by itself.
 NOISE = Noise(position=0.3, size=0, size_return=0, aspect=0.05, angle=0.2)
@@ -37,16 +35,6 @@ MODELS: list[RandomWalk | ConstantVelocity | SecondOrder] = [
 ]
 model_ = pytest.mark.parametrize("model", MODELS)
 """Those that are linear, with noise proportional to the first region."""
-
-
-def quiet(model: RandomWalk | ConstantVelocity | SecondOrder) -> Motion:
-    """Return the model without noise."""
-    return type(model)(
-        **{
-            **{name: getattr(model, name) for name in model.__struct_fields__},
-            "noise": Noise(position=0, size=0, size_return=0, aspect=0, angle=0),
-        }
-    )
 
 
 def moving(model: Motion, n: int) -> Floats:
@@ -116,7 +104,8 @@ def test_mean_and_covariance(
 def test_without_noise_only_a_is_left(
     model: RandomWalk | ConstantVelocity | SecondOrder, frames: float
 ) -> None:
-    silent = quiet(model)
+    none = Noise(position=0, size=0, size_return=0, aspect=0, angle=0)
+    silent = msgspec.structs.replace(model, noise=none)
     states = moving(model, 3)
     out = silent.propagate(np.random.default_rng(0), states, frames * FRAME_INTERVAL, FIRST)
     np.testing.assert_allclose(out, states @ matrices(model, frames)[0].T, atol=1e-9)

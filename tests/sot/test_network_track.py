@@ -25,7 +25,6 @@ from motes.sot.tracker import Tracker
 from onnx_trackers import save_pair
 
 BOX = Box(60.0, 50.0, 30.0, 30.0)
-PLACE = Ellipse.from_box(BOX)
 AWAY = Ellipse(215.0, 135.0, 15.0, 15.0)
 """Where neither the particles' window nor the network's region shows the target."""
 
@@ -83,11 +82,6 @@ def begun(*, backward: bool = False) -> tuple[Tracker, list[Frame]]:
 def truth(frame: Frame) -> Box:
     """Return the box of the square."""
     return BOX._replace(x=BOX.x + 2 * frame.index)
-
-
-def test_without_a_network_the_tracker_has_none() -> None:
-    state, _ = Discriminative().init(np.random.default_rng(0), film(1)[0], PLACE)
-    assert state.network is None
 
 
 def test_the_box_is_between_that_of_the_tracker_and_that_of_the_network(network: Network) -> None:
@@ -173,29 +167,14 @@ def test_particles_that_are_elsewhere_begin_again_where_the_network_is() -> None
     assert tracker._state.ellipse == tracker._state.network.place == track.ellipse
 
 
-def test_lost_particles_begin_again_where_a_network_agrees() -> None:
-    tracker, frames = begun()
-    lost = Standing(Status.LOST, missed=FRAMES)
-    tracker._state = replace(tracker._state, standing=lost)
-    track = tracker.update(frames[0])
-    assert tracker._state.standing == Standing()
-    assert tracker._state.ellipse == track.ellipse
-
-
 def test_only_frames_in_a_row_decide_between_them() -> None:
-    track = NetworkTrack(NetworkModel(np.zeros((1, 1, 1, 1), np.float32)), PLACE)
+    track = NetworkTrack(NetworkModel(np.zeros((1, 1, 1, 1), np.float32)), AWAY)
     for lead in (1.0, 5.0, -0.1, -3.0, 2.0, 0.1):
         track = track.compared(lead)
         assert track.ahead is (lead > 0)
         assert not track.decided
     assert not track.agreed().compared(1.0).decided
     assert track.compared(0.5).decided
-
-
-def test_its_place_stays_in_the_frame() -> None:
-    frame = film(1)[0]
-    track = NetworkTrack.begin(REDS, frame, Ellipse(500.0, -20.0, 130.0, 1.0))
-    assert track.followed(REDS, frame).place == Ellipse(239.0, 0.0, 120.0, MIN_HALF_AXIS)
 
 
 def test_a_corrected_target_is_where_the_network_looks_next() -> None:
@@ -238,3 +217,9 @@ def test_a_network_that_cannot_be_used_is_told_at_once(tmp_path: Path) -> None:
         Tracker("nummiaro", network=["a.onnx"])
     with pytest.raises(SourceError, match=r"a\.onnx"):
         Tracker(network=[str(tmp_path / "a.onnx")])
+
+
+def test_its_place_stays_in_the_frame() -> None:
+    frame = film(1)[0]
+    track = NetworkTrack.begin(REDS, frame, Ellipse(500.0, -20.0, 130.0, 1.0))
+    assert track.followed(REDS, frame).place == Ellipse(239.0, 0.0, 120.0, MIN_HALF_AXIS)

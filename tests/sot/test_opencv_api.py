@@ -1,44 +1,29 @@
-"""The methods of OpenCV's trackers."""
+"""The methods of OpenCV's trackers; and images are read where they lie in memory."""
 
 from __future__ import annotations
 
-import copy
 import inspect
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 import pytest
 
+from kinds import ALGORITHMS, CONFIGS, KINDS
 from motes import synthetic
-from motes.core.errors import ConfigError
-from motes.core.track import Status
+from motes.core.errors import ConfigError, SourceError
+from motes.core.frame import Frame, as_rgb
+from motes.core.geometry import Ellipse
+from motes.core.track import Track
+from motes.core.types import Bytes
+from motes.mot.detection.background import BackgroundDetector
+from motes.output.overlay import draw
 from motes.sot.opencv_api import OpenCVTracker
+from motes.sot.tracker import Tracker
 
 CLIP = synthetic.still((160, 120), target=(30, 40), frames=3)
 IMAGES = [frame.pixels[:, :, ::-1] for frame, _ in CLIP]
 BOX = tuple(round(value) for value in CLIP[0][1][0].ellipse.box)
-
-
-def test_create_is_the_constructor() -> None:
-    tracker, other = OpenCVTracker.create("nummiaro", seed=4), OpenCVTracker("nummiaro", 4)
-    for each in (tracker, other):
-        assert each.init(IMAGES[0], BOX) is None  # type: ignore[func-returns-value]
-    for image in IMAGES[1:]:
-        assert tracker.update(image) == other.update(image)
-    assert tracker.tracker.info.track.status is Status.TRACKING
-
-
-@pytest.mark.parametrize("twice", [copy.copy, copy.deepcopy])
-def test_a_copy_is_independent(twice: Callable[[OpenCVTracker], OpenCVTracker]) -> None:
-    tracker, other = OpenCVTracker("nummiaro"), OpenCVTracker("nummiaro")
-    for each in (tracker, other):
-        each.init(IMAGES[0], BOX)
-    twin = twice(tracker)
-    twin.update(IMAGES[1])
-    for image in IMAGES[1:]:
-        tracker.update(image)
-        other.update(image)
-        assert tracker.tracker.info.track.ellipse == other.tracker.info.track.ellipse
 
 
 def test_the_methods_are_those_of_opencv() -> None:
@@ -58,19 +43,31 @@ def test_the_same_calls_work_for_both() -> None:
         assert np.abs(np.array(box) - BOX).max() <= 3
 
 
-def test_nothing_is_created_of_what_is_no_preset() -> None:
-    with pytest.raises(ConfigError, match="No preset"):
-        OpenCVTracker.create("csrt")
-    parameters = [
+def test_create_is_the_constructor() -> None:
+    made, created = (
         inspect.signature(each).parameters for each in (OpenCVTracker, OpenCVTracker.create)
-    ]
-    assert parameters[0] == parameters[1]
+    )
+    assert made == created
 
 
-def test_the_confidence_is_that_of_the_track() -> None:
+@pytest.mark.parametrize(
+    ("call", "error", "message"),
+    [
+        (lambda: OpenCVTracker.create("csrt"), ConfigError, "No preset"),
+        (lambda: OpenCVTracker().init(IMAGES[0], (30, 36, 10)), ConfigError, "A box has 4 numbers"),
+        (lambda: OpenCVTracker().init(IMAGES[0], None), ConfigError, "got None"),  # type: ignore[arg-type]
+        (lambda: OpenCVTracker().init(None, BOX), SourceError, "no picture"),  # type: ignore[arg-type]
+        (lambda: OpenCVTracker().update(IMAGES[0]), ConfigError, "no target yet"),
+        (lambda: OpenCVTracker().track, ConfigError, "no track before init"),
+    ],
+)
+def test_what_is_refused(call: Callable[[], object], error: type[Exception], message: str) -> None:
+    with pytest.raises(error, match=message):
+        call()
+
+
+def test_found_and_confident_is_what_is_tracked() -> None:
     tracker = OpenCVTracker("nummiaro")
-    with pytest.raises(ConfigError, match="no track before init"):
-        _ = tracker.track
     image = np.zeros((60, 80, 3), np.uint8)
     image[20:40, 30:50] = 200, 60, 20
     tracker.init(image, (30, 20, 20, 20))
@@ -78,3 +75,106 @@ def test_the_confidence_is_that_of_the_track() -> None:
     assert ok
     assert tuple(map(round, tracker.track.box)) == box
     assert tracker.track.confidence > 0.5
+    answers = [tracker.update(np.zeros_like(image))[0] for _ in range(6)]
+    assert answers[-1] is False
+
+
+FRAMES, TRUTHS = zip(*synthetic.turning((120, 90), frames=4), strict=True)
+START = TRUTHS[0][0].ellipse
+PIXELS = [frame.pixels for frame in FRAMES]
+
+
+def bgr(pixels: Bytes) -> Bytes:
+    """Return a view of a BGR image."""
+    return pixels[:, :, ::-1].copy()[:, :, ::-1]
+
+
+def bgra(pixels: Bytes) -> Bytes:
+    """Return a view of a BGR image with alpha."""
+    return np.dstack([pixels[:, :, ::-1], pixels[:, :, :1]])[:, :, 2::-1]
+
+
+def part(pixels: Bytes) -> Bytes:
+    """Return a part of a larger image, which has other pixels around."""
+    return np.pad(pixels, ((3, 4), (5, 2), (0, 0)), constant_values=77)[3:-4, 5:-2]
+
+
+def sparse(pixels: Bytes) -> Bytes:
+    """Return every second pixel of every third row of a larger BGR image."""
+    large = np.repeat(np.repeat(pixels, 3, axis=0), 2, axis=1)
+    large[1::3], large[:, 1::2] = 5, 250
+    return bgr(large)[::3, ::2]
+
+
+def locked(pixels: Bytes) -> Bytes:
+    """Return an image that must not be written."""
+    copy = pixels.copy()
+    copy.flags.writeable = False
+    return copy
+
+
+VIEWS: tuple[Callable[[Bytes], Bytes], ...] = (bgr, bgra, part, sparse, locked)
+
+
+def follow(name: str, images: list[Bytes], region: Ellipse = START) -> list[Track]:
+    """Return the tracks of a tracker."""
+    tracker = Tracker(CONFIGS[name], seed=2)
+    tracks = []
+    for index, image in enumerate(images):
+        frame = Frame(index, index / 25, image)
+        tracks.append(tracker.update(frame) if index else tracker.init(frame, region))
+    return tracks
+
+
+@cache
+def expected(name: str) -> list[Track]:
+    return follow(name, PIXELS)
+
+
+def assert_same(found: list[Track], wanted: list[Track]) -> None:
+    for one, other in zip(found, wanted, strict=True):
+        np.testing.assert_array_equal([*one.ellipse], [*other.ellipse])
+        np.testing.assert_array_equal(one.covariance, other.covariance)
+        assert (one.status, one.confidence) == (other.status, other.confidence)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", KINDS)
+def test_views_give_the_same_tracks(name: str) -> None:
+    for view in VIEWS:
+        views = [view(pixels) for pixels in PIXELS]
+        for pixels, image in zip(PIXELS, views, strict=True):
+            assert as_rgb(image) is image
+            np.testing.assert_array_equal(image, pixels)
+        assert_same(follow(name, views), expected(name))
+
+
+@pytest.mark.parametrize("name", ALGORITHMS)
+def test_opencv_images_are_read_where_they_lie(name: str) -> None:
+    tracker = OpenCVTracker(name, seed=2)
+    box = tuple(round(value) for value in START.box)
+    plain = Tracker(name, seed=2)
+    image = PIXELS[0][:, :, ::-1].copy()
+    tracker.init(image, box)
+    assert_same([tracker.tracker.info.track], [plain.init(PIXELS[0], box)])
+    for pixels in PIXELS[1:]:
+        image[:] = pixels[:, :, ::-1]  # as a camera writes into the same memory again
+        tracker.update(image)
+        assert_same([tracker.tracker.info.track], [plain.update(pixels)])
+
+
+@pytest.mark.slow
+def test_detectors_and_drawings_take_views() -> None:
+    rng = np.random.default_rng(0)
+    moving = [rng.integers(95, 106, (120, 160, 3)).astype(np.uint8) for _ in range(40)]
+    for index, pixels in enumerate(moving[30:]):
+        pixels[40:70, 5 * index : 5 * index + 20] = (250, 220, 60)
+    found, drawn = [], []
+    for view in (np.copy, bgr, part):
+        detector = BackgroundDetector()
+        frames = [Frame(i, i / 25, view(pixels)) for i, pixels in enumerate(moving)]
+        found.append([detector(frame) for frame in frames])
+        drawn.append(draw(frames[0].pixels, expected("nummiaro")[0]))
+    assert found[0] == found[1] == found[2]
+    assert any(found[0])
+    np.testing.assert_array_equal(drawn[1:], [drawn[0]] * 2)

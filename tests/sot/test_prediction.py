@@ -1,19 +1,26 @@
-"""The prediction: how far the camera has moved, and which model of motion is followed."""
+"""The prediction: how far the camera has moved, which motion goes on, and in which light."""
 
 from __future__ import annotations
 
-from itertools import islice
+import math
 
 import numpy as np
 import pytest
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from motes import synthetic
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, iou
 from motes.sot.discriminative import prediction
-from motes.sot.discriminative.prediction import Prediction, camera_shift, small_picture, spectrum_of
+from motes.sot.discriminative.prediction import (
+    UNNOTICED,
+    Light,
+    Prediction,
+    camera_shift,
+    overlap,
+    small_picture,
+    spectrum_of,
+)
 from motes.sot.tracker import Tracker
 from textured import HEIGHT, WIDTH, seen, textured
 
@@ -62,21 +69,6 @@ def test_the_model_with_the_least_error_is_followed(
     np.testing.assert_array_equal(sight.likeliest(history), sight.shifts[model])
 
 
-def test_the_first_errors_are_averaged_and_later_ones_run() -> None:
-    history = prediction.MotionHistory(*NOTHING, np.zeros(2), np.zeros(2), np.zeros(4))
-    place, means = Ellipse(50.0, 50.0, 10.0, 10.0), []
-    for distance in (20.0, 0.0, 4.0, *9 * [0.0], 20.0):  # what the first model misses, in pixels
-        shifts = np.zeros((4, 2))
-        sight = Prediction(*NOTHING, shifts, (NOTHING[0], NOTHING[0]))
-        history = sight.update(history, place, place._replace(x=place.x + distance))
-        means.append(history.errors[0])
-    # A side is 20 pixels.
-    np.testing.assert_allclose(means[:3], [1.0, 0.5, 1.2 / 3])
-    np.testing.assert_allclose(means[9], 1.2 / 10)
-    np.testing.assert_allclose(means[12], 0.9 * means[11] + 0.1 * 1.0)
-    assert history.seen == 13
-
-
 def test_a_target_is_expected_as_near_as_predictions_were_right() -> None:
     target = Ellipse(50.0, 60.0, 10.0, 10.0)
     sight = Prediction(*NOTHING, np.zeros((4, 2)), (NOTHING[0], NOTHING[0]))
@@ -88,15 +80,6 @@ def test_a_target_is_expected_as_near_as_predictions_were_right() -> None:
     assert transition.sigma == pytest.approx(20 * (0.05 + 2 * 0.1))
     places = np.array([[50.0, 60.0], [55.0, 60.0], [50.0, 70.0]])
     np.testing.assert_allclose(transition.log_density(places), [0, -0.5, -2.0])
-
-
-@pytest.mark.slow
-def test_a_player_is_not_given_to_one_who_looks_alike() -> None:
-    tracker, overlaps = Tracker(seed=0), []
-    for frame, (truth, *_) in islice(synthetic.Pitch(), 100):
-        track = tracker.update(frame) if frame.index else tracker.init(frame, truth.ellipse)
-        overlaps.append(float(iou(track.box, truth.ellipse.box)))
-    assert min(overlaps[60:]) > 0.5  # another one of his team has passed before him
 
 
 def test_a_target_that_is_not_seen_rests_in_the_scene() -> None:
@@ -124,55 +107,85 @@ def test_pictures_are_compared_at_rest_if_a_shift_is_wrong(
         assert sight.shared == (history.picture, picture)
 
 
-def shaken(scene: NDArray[np.uint8]) -> tuple[list[Frame], list[Ellipse]]:
-    """Return a film of a small target at rest before a camera that shakes, and its places."""
-    rng = np.random.default_rng(2)
-    target = np.random.default_rng(8).integers(0, 255, (5, 5, 3), np.uint8)
-    shown = scene.copy()
-    row, column = HEIGHT + 110, WIDTH + 150
-    shown[row : row + 20, column : column + 20] = target.repeat(4, axis=0).repeat(4, axis=1)
-    frames, places = [], []
-    for index in range(40):
-        left, top = np.array((WIDTH, HEIGHT)) + rng.uniform(-27, 27, 2).round() * (index > 0)
-        frames.append(seen(shown, left, top, index))
-        places.append(Ellipse(column + 9.5 - left, row + 9.5 - top, 10.0, 10.0))
-    return frames, places
-
-
-def overlap(frames: list[Frame], places: list[Ellipse]) -> float:
-    """Return the share of the frames in which the default tracker has an IoU over 0.5.
-
-    It is the median over three seeds: a target that is lost may be found late.
-    """
-    shares = []
-    for seed in range(3):
-        tracker = Tracker(seed=seed)
-        tracker.init(frames[0], places[0])
-        tracks = [tracker.update(frame) for frame in frames[1:]]
-        pairs = zip(tracks, places[1:], strict=True)
-        shares.append(np.mean([iou(track.box, place.box) > 0.5 for track, place in pairs]))
-    return float(np.median(shares))
-
-
-@pytest.mark.slow
-def test_a_small_target_is_followed_through_a_shaking_camera(
-    scene: NDArray[np.uint8], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    frames, places = shaken(scene)
-    assert overlap(frames, places) > 0.85
-    monkeypatch.setattr(Prediction, "likeliest", lambda self, history: np.zeros(2))
-    assert overlap(frames, places) < 0.8
-
-
 def test_a_wrong_prediction_is_checked_at_the_last_place(
     scene: NDArray[np.uint8], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    frames, places = shaken(scene)
-    still = [Frame(index, index / 25, frames[0].pixels) for index in range(14)]
+    still, place = [seen(scene, 100, 100, index) for index in range(14)], Ellipse(150, 110, 12, 12)
     tracker = Tracker(seed=0)
-    tracker.init(still[0], places[0])
+    tracker.init(still[0], place)
     for frame in still[1:8]:
         tracker.update(frame)
     monkeypatch.setattr(Prediction, "likeliest", lambda self, history: np.array([60.0, 0.0]))
     for frame in still[8:]:
-        assert iou(tracker.update(frame).box, places[0].box) > 0.8
+        assert iou(tracker.update(frame).box, place.box) > 0.8
+
+
+def after(frame: Frame, *frames: Frame, shift: tuple[float, float] = (0, 0)) -> Light:
+    """Return the light after frames, of which each is moved by the same shift."""
+    light, before = Light(), small_picture(frame)
+    for each in frames:
+        now = small_picture(each)
+        light = light.followed(*overlap(before, now, np.array(shift), each))
+        before = now
+    return light
+
+
+@pytest.mark.parametrize("factor", [0.55, 0.8, 1.15])
+def test_another_light_is_measured_and_taken_off(scene: NDArray[np.uint8], factor: float) -> None:
+    usual, lit = seen(scene, 100, 100), seen(scene, 100, 100, 1, factor)
+    light = after(usual, lit)
+    assert light.level == pytest.approx(math.log(factor), abs=0.02)
+    assert after(usual, lit, lit).level == light.level
+    whole = factor * usual.pixels.astype(float) <= 255  # what became white stays so
+    restored = light.taken_off(lit)
+    assert (restored.index, restored.time) == (lit.index, lit.time)
+    off = np.abs(restored.pixels.astype(float) - usual.pixels)[whole]
+    assert off.max() <= 4
+    assert off.mean() < 2
+
+
+def test_a_camera_that_moves_is_no_change_of_the_light(scene: NDArray[np.uint8]) -> None:
+    # The scene is brighter to the right: without the shift, the pan would seem to be a lamp.
+    ramp = np.linspace(0.3, 1, scene.shape[1])[:, None]
+    brighter = (scene * ramp).astype(np.uint8)
+    usual, moved = seen(brighter, 100, 100), seen(brighter, 200, 130, 1)
+    assert abs(after(usual, moved, shift=(-100, -30)).level) < 0.03
+    assert after(usual, moved).level > 0.1
+    dim = seen(brighter, 200, 130, 1, 0.7)
+    level = after(usual, dim, shift=(-100, -30)).level
+    assert level == pytest.approx(math.log(0.7), abs=0.03)
+
+
+def test_frames_in_the_usual_light_are_left(scene: NDArray[np.uint8]) -> None:
+    usual = seen(scene, 100, 100)
+    assert Light(0.9 * UNNOTICED).taken_off(usual) is usual
+    assert Light(-1.1 * UNNOTICED).taken_off(usual) is not usual
+
+
+@pytest.mark.parametrize("gray", [0, 255])
+def test_black_and_white_pictures_say_nothing(scene: NDArray[np.uint8], gray: int) -> None:
+    usual = seen(scene, 100, 100)
+    flat = Frame(1, 0.04, np.full((HEIGHT, WIDTH, 3), gray, np.uint8))
+    assert after(usual, flat).level == 0
+    assert after(usual, usual, shift=(WIDTH, 0)).level == 0  # no part is in both
+
+
+def test_light_changes_by_a_factor_of_two_at_most_and_fades(scene: NDArray[np.uint8]) -> None:
+    usual, dim = seen(scene, 100, 100), seen(scene, 100, 100, 1, 0.3)
+    assert after(usual, dim).level == pytest.approx(-math.log(2))
+    assert Light(0.5).learned(0.04).level == 0.5 * 0.96
+
+
+def test_the_first_errors_are_averaged_and_later_ones_run() -> None:
+    history = prediction.MotionHistory(*NOTHING, np.zeros(2), np.zeros(2), np.zeros(4))
+    place, means = Ellipse(50.0, 50.0, 10.0, 10.0), []
+    for distance in (20.0, 0.0, 4.0, *9 * [0.0], 20.0):  # what the first model misses, in pixels
+        shifts = np.zeros((4, 2))
+        sight = Prediction(*NOTHING, shifts, (NOTHING[0], NOTHING[0]))
+        history = sight.update(history, place, place._replace(x=place.x + distance))
+        means.append(history.errors[0])
+    # A side is 20 pixels.
+    np.testing.assert_allclose(means[:3], [1.0, 0.5, 1.2 / 3])
+    np.testing.assert_allclose(means[9], 1.2 / 10)
+    np.testing.assert_allclose(means[12], 0.9 * means[11] + 0.1 * 1.0)
+    assert history.seen == 13

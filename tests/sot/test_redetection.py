@@ -61,7 +61,7 @@ def test_the_first_place_is_the_target() -> None:
     assert gathered.mean() > 0.5
 
 
-@pytest.mark.parametrize("quarters", range(4))
+@pytest.mark.parametrize("quarters", [1, 2])
 def test_one_of_the_places_is_turned_as_the_gradients_there_are(quarters: int) -> None:
     """A square that grows lighter to one side, in a frame that is turned by quarters."""
     y, x = np.mgrid[:120, :120].astype(float)
@@ -89,23 +89,6 @@ def test_where_nothing_has_a_direction_any_turn_will_do() -> None:
     model, searchers = cue.learn(frame, last), np.tile(np.array(last), (20, 1))
     turns = [cue.step(rng, model, searchers, frame, last, 1)[1][-1].theta for _ in range(200)]
     assert np.histogram(turns, 4, (-np.pi / 16, 2 * np.pi - np.pi / 16))[0].min() > 30
-
-
-def test_edges_tell_what_colors_do_not() -> None:
-    """Two squares of the same gray values: one striped across, the other along."""
-    frame = picture(60, 60)
-    cue = Redetection()
-    model = cue.learn(frame, LAST)
-    pixels = picture(60, 60).pixels.copy()
-    pixels[128:152, 208:232] = pixels[48:72, 48:72].transpose(1, 0, 2)
-    pixels[48:72, 48:72] = 110
-    pixels[28:52, 208:232] = picture(60, 60).pixels[48:72, 48:72]
-    both = Frame(1, 0.04, pixels)
-    rows = np.array([[219.5, 139.5, 12, 12, 0], [219.5, 39.5, 12, 12, 0]])
-    searchers = np.repeat(rows, 200, axis=0)
-    rng = np.random.default_rng(2)
-    _, places = cue.step(rng, model, searchers, both, LAST, 1)
-    assert places[0].y == pytest.approx(39.5, abs=12)
 
 
 def test_another_color_speaks_against_a_place_by_the_weight_of_a_search_particle() -> None:

@@ -1,4 +1,4 @@
-"""Weights and the selection of particles."""
+"""From distances to weights, the selection of particles, and how many there are."""
 
 from __future__ import annotations
 
@@ -9,11 +9,20 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from motes.sot.filtering.resampling import RESAMPLINGS, Multinomial, Weights
+from motes import ConfigError, Tracker, preset, synthetic
+from motes.core.geometry import Ellipse
+from motes.core.track import Status
+from motes.core.types import Floats
+from motes.sot.filtering.appearance_rule import AppearanceRule
+from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian
+from motes.sot.filtering.resampling import RESAMPLINGS, KldSampling, Multinomial, Weights
+from motes.sot.particle_filter import ParticleFilter
+from motes.sot.presets import PRESETS
+from oracles import region, scene
 
-Floats = NDArray[np.float64]
 NAMES = RESAMPLINGS.known()
 scheme = pytest.mark.parametrize("name", NAMES)
 
@@ -49,7 +58,7 @@ def copies(name: str, weights: Floats, n: int, seed: int) -> NDArray[np.intp]:
 @scheme
 def test_expected_copies_are_n_times_the_weight(name: str) -> None:
     weights = np.array([0.0, 0.31, 0.02, 0.17, 0.0, 0.5])
-    runs, n = 4000, 7
+    runs, n = 1000, 7
     rng = np.random.default_rng(5)
     total = np.zeros((runs, weights.size))
     for run in range(runs):
@@ -101,43 +110,192 @@ def test_normalization(log: list[float]) -> None:
     assert 1 - 1e-9 <= weights.effective_sample_size <= len(log) * (1 + 1e-9)
 
 
-def test_repaired_at_the_door() -> None:
-    weights = Weights.from_log(np.array([0.0, np.nan, -np.inf, np.inf, math.log(3)]))
+def test_weights_that_are_none_are_repaired() -> None:
+    given = np.array([0.0, np.nan, -np.inf, np.inf, math.log(3)])
+    weights = Weights.from_log(given)
     np.testing.assert_allclose(weights.values, [0.25, 0, 0, 0, 0.75])
     np.testing.assert_array_equal(weights.log, [0, -np.inf, -np.inf, -np.inf, math.log(3)])
     assert not weights.degenerate
-
-
-@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-def test_no_weight_at_all_becomes_uniform(bad: float) -> None:
-    weights = Weights.from_log(np.full(4, bad))
-    np.testing.assert_array_equal(weights.values, [0.25] * 4)
-    assert weights.degenerate
-    assert np.isfinite(weights.log).all()
-    assert weights.effective_sample_size == pytest.approx(4)
-
-
-def test_the_input_is_not_changed() -> None:
-    log = np.array([np.nan, 1.0])
-    Weights.from_log(log)
-    np.testing.assert_array_equal(log, [np.nan, 1.0])
+    assert np.isnan(given[1])  # what is given stays
+    for bad in (np.nan, np.inf, -np.inf):
+        uniform = Weights.from_log(np.full(4, bad))
+        np.testing.assert_array_equal(uniform.values, [0.25] * 4)
+        assert uniform.degenerate
+        assert np.isfinite(uniform.log).all()
 
 
 @pytest.mark.parametrize(
-    ("values", "size"),
-    [([1, 0, 0], 1), ([0.25] * 4, 4), ([0.5, 0.5, 0, 0], 2), ([0.75, 0.25], 1.6), ([1], 1)],
+    ("values", "size", "thresholds"),
+    [
+        ([0.25] * 4, 4, {1.0}),
+        ([0.5, 0.5, 0, 0], 2, {1.0, 0.75}),
+        ([1, 0, 0, 0], 1, {1.0, 0.75, 0.5}),
+    ],
 )
-def test_effective_sample_size(values: list[float], size: float) -> None:
+def test_selection_is_due_where_few_weights_count(
+    values: list[float], size: float, thresholds: set[float]
+) -> None:
     with np.errstate(divide="ignore"):
-        assert Weights.from_log(np.log(values)).effective_sample_size == pytest.approx(size)
+        weights = Weights.from_log(np.log(values))
+    assert weights.effective_sample_size == pytest.approx(size)
+    asked = (1.0, 0.75, 0.5, 0.0)
+    assert {t for t in asked if Multinomial(threshold=t).due(weights)} == thresholds
 
 
-def test_when_selection_is_due() -> None:
-    even, half, one = (
-        Weights.from_log(np.array(log))
-        for log in ([0.0] * 4, [0.0, 0.0, -1e3, -1e3], [0.0, -1e3, -1e3, -1e3])
-    )
-    assert [Multinomial(threshold=1.0).due(w) for w in (even, half, one)] == [True, True, True]
-    assert [Multinomial(threshold=0.75).due(w) for w in (even, half, one)] == [False, True, True]
-    assert [Multinomial(threshold=0.5).due(w) for w in (even, half, one)] == [False, False, True]
-    assert [Multinomial(threshold=0.0).due(w) for w in (even, half, one)] == [False] * 3
+FIRST = Ellipse(50, 50, 10, 40)  # a mean half-axis of 20
+WIDE = KldSampling(min=1, max=10**6, error=0.1, bin=1.0)
+CLIP = [frame for frame, _ in synthetic.still((160, 120), target=(30, 40), frames=12)]
+REGION = synthetic.still((160, 120), target=(30, 40), frames=1)[0][1][0].ellipse
+
+
+def apart(k: int) -> Any:
+    """Return ellipses in k bins, three in each."""
+    ellipses = np.tile(np.array(FIRST), (3 * k, 1))
+    ellipses[:, 0] = 20.0 * np.repeat(np.arange(k), 3) + 5
+    return ellipses
+
+
+@pytest.mark.parametrize(
+    ("k", "quantile"), [(2, 6.635), (11, 23.209), (51, 76.154), (101, 135.807)]
+)
+def test_the_number_is_that_of_the_chi_square_test(k: int, quantile: float) -> None:
+    """Fox's equation 7 stands for the 99 % quantile of k - 1 degrees of freedom over 2 epsilon."""
+    expected = quantile / (2 * 0.1)
+    assert WIDE.count(apart(k), FIRST) == pytest.approx(expected, rel=0.02, abs=1)
+
+
+def test_bins_are_in_units_of_the_target() -> None:
+    """Twice the target in twice the picture needs the same number; steps of e in size are bins."""
+    ellipses = apart(9)
+    twice = ellipses * [2, 2, 2, 2, 1]
+    double = Ellipse(100, 100, 20, 80)
+    assert WIDE.count(twice, double) == WIDE.count(ellipses, FIRST)
+    assert WIDE.count(ellipses, double) < WIDE.count(ellipses, FIRST)
+    sizes = np.tile(np.array(FIRST), (4, 1))
+    sizes[:, 2:4] *= np.array([1, math.e, math.e**2, math.e**3])[:, None]
+    assert WIDE.count(sizes, FIRST) == WIDE.count(apart(4), FIRST)
+
+
+def numbers(config: ParticleFilter) -> list[int]:
+    """Return how many particles each frame after the first had."""
+    tracker = Tracker(config)
+    tracker.init(CLIP[0], REGION)
+    found = []
+    for frame in CLIP[1:]:
+        track = tracker.update(frame)
+        info = tracker.info
+        assert len(info.weights) == len(info.ellipses)
+        assert info.weights.sum() == pytest.approx(1)
+        assert track.effective_sample_size <= len(info.weights) + 1e-9
+        found.append(len(info.weights))
+    return found
+
+
+def config(name: str = "nummiaro", **changes: Any) -> ParticleFilter:
+    base = preset(name)
+    assert isinstance(base, ParticleFilter)
+    return replace(base, **changes)
+
+
+@pytest.mark.parametrize("name", ["nummiaro", "maggio"])
+def test_a_filter_with_a_budget_follows_its_spread(name: str) -> None:
+    chosen = numbers(config(name, budget=KldSampling(min=20, max=300)))
+    assert len(set(chosen)) > 3
+    assert all(20 <= n <= 300 for n in chosen)
+    assert numbers(config(name)) == [config(name).particles] * 11
+
+
+def test_the_first_frame_is_within_the_budget() -> None:
+    for least, most, first in ((300, 500, 300), (10, 40, 40), (50, 500, 100)):
+        tracker = Tracker(config(budget=KldSampling(min=least, max=most)))
+        tracker.init(CLIP[0], REGION)
+        assert len(tracker.info.weights) == first
+
+
+CUES = ["color", "edges"]
+distances = st.lists(st.lists(st.floats(0, 1), min_size=5, max_size=5), min_size=1, max_size=2).map(
+    np.array
+)
+
+
+@given(distances, st.floats(0.03, 2), st.floats(1e-6, 1) | st.just(0.0))
+def test_equation_23(d: Floats, sigma: float, epsilon: float) -> None:
+    """Without epsilon it is equation 22."""
+    found = Gaussian(sigma=sigma, epsilon=epsilon).log(CUES[: len(d)], d)
+    expected = np.log(np.exp(-(d**2) / (2 * sigma**2)) + epsilon)
+    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
+
+
+def test_no_distance_is_too_large_for_a_small_sigma() -> None:
+    """exp(-500000) is no number, its logarithm is; with epsilon, that is all that is left."""
+    d = np.array([[0.0, 1.0]])
+    assert Gaussian(sigma=1e-3).log(["color"], d)[0, 1] == pytest.approx(-500_000)
+    for likelihood in (
+        Gaussian(sigma=1e-3, epsilon=1e-300), BestParticle(floor=1e-3, epsilon=1e-300)
+    ):  # fmt: skip
+        assert likelihood.log(["color"], d)[0, 1] == pytest.approx(math.log(1e-300))
+
+
+@given(distances, st.floats(1e-6, 1))
+def test_equation_24(d: Floats, epsilon: float) -> None:
+    likelihood = BestParticle(epsilon=epsilon, floor=0.02)
+    found = likelihood.log(CUES[: len(d)], d)
+    for row, log in zip(d, found, strict=True):
+        # As it is printed, with log L = -1.
+        sigma = max(math.sqrt(2) / 2 * math.sqrt(-(row.min() ** 2) / -1), 0.02)
+        expected = Gaussian(sigma=sigma, epsilon=epsilon).log(["color"], row[None])[0]
+        np.testing.assert_allclose(log, expected, rtol=1e-9, atol=1e-12)
+        if row.min() > 0.03:
+            assert log.max() == pytest.approx(math.log(math.exp(-1) + epsilon))
+
+
+@given(distances, st.floats(0.1, 100))
+def test_the_weight_of_zhao_and_pei(d: Floats, rate: float) -> None:
+    """C exp(-lambda rho), rho being the distance: the nearest particle has the most."""
+    found = Exponential(rate=rate).log(CUES[: len(d)], d)
+    for row, log in zip(d, found, strict=True):
+        weights = np.exp(-rate * row)
+        np.testing.assert_allclose(Weights.from_log(log).values, weights / weights.sum())
+
+
+def test_the_weights_of_a_step() -> None:
+    """What ng_delp makes of the distances of both cues."""
+    config = PRESETS["ng_delp"]
+    assert isinstance(config, ParticleFilter)
+    tracker = Tracker(config, 3)
+    tracker.init(scene(0, (30, 36)), region((30, 36)))
+    for index in (1, 2):
+        picture = scene(index, (30 + index, 36))
+        tracker.update(picture)
+        info = tracker.info
+        total = np.ones(config.particles)
+        for name, cue in config.cues.items():
+            d = cue.distances(info.models[name], picture, info.ellipses)
+            sigma = d.min() / math.sqrt(2)
+            assert isinstance(config.likelihood, BestParticle)
+            total *= np.exp(-(d**2) / (2 * sigma**2)) + config.likelihood.epsilon
+        np.testing.assert_allclose(info.weights, total / total.sum(), rtol=1e-9)
+        assert info.cue_weights == {"color": 0.5, "edges": 0.5}
+
+
+def test_a_lost_target_gets_more_particles() -> None:
+    rule = AppearanceRule(fraction=0.99, frames=1, margin=1.0, max_threshold=1.0)
+    tracker = Tracker(config(budget=KldSampling(min=10, max=900), presence=rule))
+    tracker.init(CLIP[0], REGION)
+    numbers = []
+    for frame in CLIP[1:]:
+        assert tracker.update(frame).status is Status.SEARCHING
+        numbers.append(len(tracker.info.weights))
+    assert numbers[0] == 100
+    assert min(numbers[2:]) > 150
+
+
+def test_a_change_of_number_needs_a_selection() -> None:
+    """Also with weights that are never unequal enough for one."""
+    chosen = numbers(config(budget=KldSampling(), resampling=Multinomial(threshold=0.0)))
+    assert len(set(chosen)) > 1
+
+
+def test_a_range_upside_down() -> None:
+    with pytest.raises(ConfigError, match="min is 60, and max is 50; make min smaller"):
+        KldSampling(min=60, max=50)

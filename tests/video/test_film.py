@@ -1,8 +1,9 @@
-"""Films in any order: the frames are those of a source, and the memory is bounded."""
+"""Films in any order: their frames are those of a source, and little is decoded and kept."""
 
 from __future__ import annotations
 
 import gc
+import random
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -15,8 +16,10 @@ from clips import spoil
 from coded import KINDS, video
 from motes.core.errors import SourceError
 from motes.video import film as film_module
+from motes.video import frame_sharing as shared_module
 from motes.video.decoder import Decoder, Stamped
 from motes.video.film import DamagedError, Film
+from motes.video.frame_sharing import Shared, shared
 from motes.video.report import Report
 from motes.video.seeker import Seeker
 from motes.video.sources import open_source
@@ -41,34 +44,6 @@ def test_any_order_gives_the_frames_of_the_source(
         assert frame.time == expected[frame.index].time
 
 
-def test_a_part_is_decoded_from_the_last_key_picture(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """From the beginning, 30 pictures in parts of four would take 144."""
-    film = Film(video(tmp_path / "film.mp4", "libx264", {"g": "8", "bf": "0"}))
-    decoded = 0
-    numbered = Film._numbered
-
-    def counted(self: Film, pictures: Any, first: int | None) -> Any:
-        def each() -> Any:
-            nonlocal decoded
-            for picture in pictures:
-                decoded += 1
-                yield picture
-
-        return numbered(self, each(), first)
-
-    monkeypatch.setattr(Film, "_numbered", counted)
-    monkeypatch.setattr(film_module, "PART", 3 * 48 * 64 * 4)
-    assert len([*film.backward(29, 0)]) == 30
-    assert decoded < 70
-
-
-def test_sources_that_cannot_be_read_twice() -> None:
-    with pytest.raises(SourceError, match="record it first"):
-        Film("0")
-
-
 def test_a_film_that_changes_meanwhile(tmp_path: Path) -> None:
     path = video(tmp_path / "film.avi", "mjpeg", {})
     film = Film(path)
@@ -89,8 +64,13 @@ def test_a_quick_film_is_the_same_film(tmp_path: Path, kind: str) -> None:
         for expected, frame in zip(frames, quick.forward(first, last), strict=True):
             assert (frame.index, frame.time) == (expected.index, expected.time)
             assert (frame.pixels == expected.pixels).all()
+    pictures = [frame.pixels for frame in film.forward(0, last)]
     backward = [frame.pixels for frame in quick.backward(20, 5)]
-    assert all((film.frame(20 - i).pixels == each).all() for i, each in enumerate(backward))
+    assert all((pictures[20 - i] == each).all() for i, each in enumerate(backward))
+    seeker = Seeker(quick)
+    for place in [0, 29, 29, *range(5, 15), *random.Random(0).choices(range(30), k=30)]:
+        assert (seeker.pixels(place) == pictures[place]).all(), place
+    seeker.close()
 
 
 def test_a_quick_film_decodes_only_a_picture(
@@ -142,3 +122,57 @@ def test_read_backward_no_picture_is_kept(tmp_path: Path, monkeypatch: pytest.Mo
 
 def _pictures() -> int:
     return sum(isinstance(each, av.VideoFrame) for each in gc.get_objects())
+
+
+@pytest.fixture
+def film(tmp_path: Path) -> Film:
+    return Film(video(tmp_path / "film.mp4", "libx264", {"g": "8"}))
+
+
+def test_frames_are_those_of_the_film_and_are_decoded_once(
+    film: Film, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    expected = [*film.forward(5, 20)]
+    loads, begun = Film.loads, list[int]()
+
+    def counted(self: Film, first: int) -> Iterator[object]:
+        begun.append(first)
+        return loads(self, first)
+
+    monkeypatch.setattr(Film, "loads", counted)
+    reader = shared(film, 5, 20)
+    read = [*reader.forward(20, 20), *reader.forward(5, 20), *reader.backward(20, 5)]
+    assert begun == [5]
+    assert [frame.index for frame in read] == [20, *range(5, 21), *range(20, 4, -1)]
+    for frame in read:
+        assert (frame.pixels == expected[frame.index - 5].pixels).all()
+        assert frame.time == film.times[frame.index]
+
+
+def test_a_part_is_decoded_from_the_last_key_picture(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From the beginning, 30 pictures in parts of four would take 144."""
+    film = Film(video(tmp_path / "film.mp4", "libx264", {"g": "8", "bf": "0"}))
+    decoded = 0
+    numbered = Film._numbered
+
+    def counted(self: Film, pictures: Any, first: int | None) -> Any:
+        def each() -> Any:
+            nonlocal decoded
+            for picture in pictures:
+                decoded += 1
+                yield picture
+
+        return numbered(self, each(), first)
+
+    monkeypatch.setattr(Film, "_numbered", counted)
+    monkeypatch.setattr(film_module, "PART", 3 * 48 * 64 * 4)
+    assert len([*film.backward(29, 0)]) == 30
+    assert decoded < 70
+
+
+def test_memory_is_bounded(film: Film, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(shared_module, "HELD", 3 * film.width * film.height * 10)
+    assert isinstance(shared(film, 5, 14), Shared)
+    assert shared(film, 5, 15) is film

@@ -37,7 +37,6 @@ from clips import (
     silence,
     sound_only,
     spoil,
-    turn,
 )
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
@@ -112,26 +111,6 @@ def test_the_selection_is_a_slice(start: int, end: int | None, stride: int) -> N
             assert [frame.time for frame in frames] == [i * FRAME_INTERVAL for i in expected]
 
 
-@pytest.mark.parametrize(
-    ("name", "values"),
-    [
-        ("start", [-1, True, "1", None, 10**20]),
-        ("end", [0, 10**20, 2.5, float("nan")]),
-        ("stride", [0, -2, 0.5, True, 2**63]),
-    ],
-)
-def test_a_senseless_selection_is_refused(whole: Path, name: str, values: list[Any]) -> None:
-    for value in values:
-        with pytest.raises(ConfigError, match=name) as caught:
-            open_source(whole, **{name: value})
-        assert "\n" not in str(caught.value)
-
-
-def test_a_start_beyond_the_end_is_refused_on_opening(whole: Path) -> None:
-    with pytest.raises(SourceError, match="has 12 frames, none of them from 12 on"):
-        open_source(whole, start=12)
-
-
 @pytest.mark.parametrize("ending", ["mp4", "mkv"])
 def test_variable_frame_rate_keeps_its_times(tmp_path: Path, ending: str) -> None:
     times = [0, 40, 50, 200, 230, 500, 510, 900, 1000, 1500]
@@ -161,33 +140,6 @@ def test_time_stamps_that_jump_back_are_replaced_and_counted(tmp_path: Path) -> 
     assert report.retimed == 20
 
 
-@pytest.mark.parametrize("degrees", [0, 90, 180, 270])
-def test_rotation_is_honored(tmp_path: Path, degrees: int) -> None:
-    path = clip(tmp_path / "flat.mp4", 3)
-    flat, _ = read(path)
-    with open_source(turn(path, degrees)) as source:
-        turned = list(source)
-        assert (source.width, source.height) == ((64, 48) if degrees % 180 == 0 else (48, 64))
-    for before, after in zip(flat, turned, strict=True):
-        assert np.array_equal(np.rot90(before.pixels, -degrees // 90), after.pixels)
-        assert after.pixels.flags.c_contiguous
-
-
-@pytest.mark.parametrize("matrix", [(-1, 0, 0, 1), (1, 0, 0, -1), (0, 1, 1, 0), (0, -1, -1, 0)])
-def test_a_mirrored_video_is_shown_as_players_do(
-    tmp_path: Path, matrix: tuple[int, int, int, int]
-) -> None:
-    path = clip(tmp_path / "flat.mp4", 2)
-    flat, _ = read(path)
-    shown, _ = read(mark(path, *matrix))
-    a, b, c, d = matrix
-    y, x = np.mgrid[:48, :64]
-    across, down = a * x + c * y, b * x + d * y
-    across, down = across - across.min(), down - down.min()
-    for before, after in zip(flat, shown, strict=True):
-        assert np.array_equal(after.pixels[down, across], before.pixels)
-
-
 def test_a_turned_photograph_is_upright_whoever_reads_it(tmp_path: Path) -> None:
     """FFmpeg attaches data that PyAV does not know, and then tells no more than the angle."""
     image = Image.fromarray(picture(0))
@@ -202,22 +154,36 @@ def test_a_turned_photograph_is_upright_whoever_reads_it(tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize(
-    ("aspect", "said"), [(Fraction(2), "2.00 times as wide"), (Fraction(16, 15), None)]
+    "matrix", [(0, 1, -1, 0), (-1, 0, 0, -1), (0, -1, 1, 0), (-1, 0, 0, 1), (0, 1, 1, 0)]
 )
-def test_pixels_that_are_not_square_are_left_so_and_said(
-    tmp_path: Path, aspect: Fraction, said: str | None
+def test_a_turned_or_mirrored_video_is_shown_as_players_do(
+    tmp_path: Path, matrix: tuple[int, int, int, int]
 ) -> None:
+    path = clip(tmp_path / "flat.mp4", 2)
+    flat, _ = read(path)
+    a, b, c, d = matrix
+    with open_source(mark(path, *matrix)) as source:
+        shown = list(source)
+        assert (source.width, source.height) == ((64, 48) if a else (48, 64))
+    y, x = np.mgrid[:48, :64]
+    across, down = a * x + c * y, b * x + d * y
+    across, down = across - across.min(), down - down.min()
+    for before, after in zip(flat, shown, strict=True):
+        assert np.array_equal(after.pixels[down, across], before.pixels)
+
+
+def test_pixels_that_are_not_square_are_left_so_and_said(tmp_path: Path) -> None:
     path = tmp_path / "wide.mp4"
     with av.open(str(path), "w") as container:
         stream = container.add_stream("libx264", rate=25)
         stream.width, stream.height, stream.pix_fmt = 64, 48, "yuv420p"
-        stream.codec_context.sample_aspect_ratio = aspect
+        stream.codec_context.sample_aspect_ratio = Fraction(2)
         container.mux(stream.encode(av.VideoFrame.from_ndarray(picture(0), format="rgb24")))
         container.mux(stream.encode(None))
     frames, report = read(path)
     assert frames[0].pixels.shape == (48, 64, 3)
-    assert report.aspect == pytest.approx(float(aspect))
-    assert report.problems is None if said is None else said in (report.problems or "")
+    assert report.aspect == 2
+    assert "2.00 times as wide" in (report.problems or "")
 
 
 @pytest.mark.parametrize("fps", [10, 50])
@@ -232,9 +198,7 @@ def test_a_raw_stream_without_times_has_the_rate_that_it_says(tmp_path: Path, fp
 @pytest.mark.parametrize(
     ("codec", "form", "ending", "limit"),
     [
-        ("qtrle", "rgb24", "mov", 0),
         ("qtrle", "argb", "mov", 0),
-        ("ffv1", "yuv444p", "mkv", 4),
         ("ffv1", "yuv420p10le", "mkv", 16),
         ("ffv1", "rgb48le", "mkv", 0),
         ("mjpeg", "yuvj420p", "avi", 25),
@@ -255,12 +219,9 @@ def test_pixel_forms_and_odd_sizes(
 # Damage
 
 
-@pytest.mark.parametrize("options", [{}, {"bf": "0"}])
-@pytest.mark.parametrize("share", [0.3, 0.55, 0.9])
-def test_a_cut_mp4_gives_all_frames_before_the_cut(
-    tmp_path: Path, share: float, options: dict[str, str]
-) -> None:
-    path = clip(tmp_path / "cut.mp4", 60, noisy=True, options=options)
+@pytest.mark.parametrize("share", [0.3, 0.9])
+def test_a_cut_mp4_gives_all_frames_before_the_cut(tmp_path: Path, share: float) -> None:
+    path = clip(tmp_path / "cut.mp4", 60, noisy=True)
     size = int(path.stat().st_size * share)
     complete = sum(position + length <= size for position, length in packets(path))
     assert 0 < complete < 58
@@ -270,18 +231,13 @@ def test_a_cut_mp4_gives_all_frames_before_the_cut(
     assert "cut off at" in (report.problems or "")
 
 
-@pytest.mark.parametrize("ending", ["mkv", "avi"])
-@pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
-def test_a_cut_file_that_ends_without_error_is_noticed(
-    tmp_path: Path, ending: str, share: float
-) -> None:
-    path = clip(tmp_path / f"cut.{ending}", 60, noisy=True, options={"bf": "0"})
-    frames, report = read(cut(path, share))
-    assert abs(len(frames) - 60 * share) <= 3
-    if ending == "mkv":  # an AVI takes its length from its size
-        assert report.truncated
-        assert report.ended == pytest.approx(len(frames) / 25, abs=0.05)
-        assert report.expected == pytest.approx(60 / 25, abs=0.05)
+def test_a_cut_file_that_ends_without_error_is_noticed(tmp_path: Path) -> None:
+    path = clip(tmp_path / "cut.mkv", 60, noisy=True, options={"bf": "0"})
+    frames, report = read(cut(path, 0.6))
+    assert abs(len(frames) - 36) <= 3
+    assert report.truncated
+    assert report.ended == pytest.approx(len(frames) / 25, abs=0.05)
+    assert report.expected == pytest.approx(60 / 25, abs=0.05)
 
 
 def test_sound_that_outlasts_the_pictures_is_no_truncation(tmp_path: Path) -> None:
@@ -407,15 +363,11 @@ def test_the_cover_of_a_record_is_no_video(tmp_path: Path) -> None:
     assert "holds no video" in error_of(path)
 
 
-@pytest.mark.parametrize("name", ["locked.mp4", "locked.png", "locked"])
-def test_what_may_not_be_read_is_refused(name: str) -> None:
+def test_what_may_not_be_read_is_refused() -> None:
     with tempfile.TemporaryDirectory() as folder:
         os.chmod(folder, 0o755)
-        path = Path(folder, name)
-        if name == "locked":
-            path.mkdir()
-        else:
-            path.write_bytes(b"x" * 100)
+        path = Path(folder, "locked.mp4")
+        path.write_bytes(b"x" * 100)
         path.chmod(0)
         root = os.geteuid() == 0
         if root:
@@ -425,7 +377,6 @@ def test_what_may_not_be_read_is_refused(name: str) -> None:
         finally:
             if root:
                 os.seteuid(0)
-            path.chmod(0o700)
 
 
 def test_nothing_is_said_on_the_terminal(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -468,39 +419,28 @@ def test_a_bad_image_among_good_ones_is_named(tmp_path: Path) -> None:
 
 
 def test_every_kind_of_image_becomes_rgb(tmp_path: Path) -> None:
-    pixels = picture(0, 9, 7)
-    rgb = Image.fromarray(pixels)
-    gray = np.arange(63, dtype=np.uint16).reshape(7, 9) * 1000
-    palette = rgb.quantize(200)
+    rgb = Image.fromarray(picture(0, 9, 7))
+    deep = np.arange(63, dtype=np.uint16).reshape(7, 9) * 1000
+    palette, gray = rgb.quantize(200), rgb.convert("L")
     palette.info["transparency"] = bytes([0] * 200)
-    for name, image in {
-        "rgb.png": rgb,
-        "rgba.png": rgb.convert("RGBA"),
-        "palette.png": palette,
-        "la.png": rgb.convert("LA"),
-        "gray.png": rgb.convert("L"),
-        "gray16.png": Image.fromarray(gray),
-        "gray16.tif": Image.fromarray(gray),
-        "bits.png": rgb.convert("1"),
-        "cmyk.jpg": rgb.convert("CMYK"),
-    }.items():
+    for name, image, expected in (
+        ("rgba.png", rgb.convert("RGBA"), rgb),
+        ("palette.png", palette, palette.convert("RGBA").convert("RGB")),
+        ("gray.png", gray, gray.convert("RGB")),
+        ("gray16.tif", Image.fromarray(deep), Image.fromarray((deep >> 8).astype(np.uint8))),
+        ("cmyk.jpg", rgb.convert("CMYK"), None),
+    ):
         image.save(tmp_path / name)
         out = read_image(tmp_path / name)
         assert out.shape == (7, 9, 3)
         assert out.dtype == np.uint8
         assert out.flags.c_contiguous
         assert out.flags.writeable
-        if name in ("rgb.png", "rgba.png"):
-            assert np.array_equal(out, pixels)
-        elif name == "palette.png":
-            assert np.array_equal(out, np.asarray(palette.convert("RGBA"))[:, :, :3])
-        elif name.startswith("gray16"):
-            assert np.array_equal(out[:, :, 0], gray >> 8)
-        elif name == "gray.png":
-            assert np.array_equal(out[:, :, 1], np.asarray(image))
+        if expected is not None:
+            np.testing.assert_array_equal(out, expected.convert("RGB"), err_msg=name)
 
 
-@pytest.mark.parametrize("kind", ["deep.tif", "folder", "gray16le", "rgb48le"])
+@pytest.mark.parametrize("kind", ["deep.tif", "folder", "film.mkv"])
 def test_the_bits_that_a_film_of_16_uses_are_found_once_and_said(tmp_path: Path, kind: str) -> None:
     """Cameras of 10 to 12 bits are not read by their high byte, nor by a dark first picture."""
     shades = np.arange(48 * 64, dtype=np.uint16).reshape(48, 64)
@@ -514,13 +454,11 @@ def test_the_bits_that_a_film_of_16_uses_are_found_once_and_said(tmp_path: Path,
         for number, page in enumerate(pages[:-1]):
             Image.fromarray(page).save(source / f"{number}.png")
     else:
-        source = source.with_suffix(".mkv")
         with av.open(str(source), "w") as container:
             stream = container.add_stream("ffv1", rate=25)
-            stream.width, stream.height, stream.pix_fmt = 64, 48, kind
+            stream.width, stream.height, stream.pix_fmt = 64, 48, "gray16le"
             for number, page in enumerate(pages[:-1]):
-                values = page if kind == "gray16le" else np.repeat(page[:, :, None], 3, axis=2)
-                frame = av.VideoFrame.from_ndarray(values, format=kind)
+                frame = av.VideoFrame.from_ndarray(page, format="gray16le")
                 frame.pts, frame.time_base = number, Fraction(1, 25)
                 container.mux(stream.encode(frame))
             container.mux(stream.encode(None))
@@ -553,14 +491,14 @@ def test_gray_of_16_bits_or_floats_keeps_its_shades(tmp_path: Path) -> None:
         assert np.abs(shades - gray / 257).max() <= 1
 
 
-# Cameras and servers
-
-
 def test_a_missing_camera_is_refused() -> None:
     if Path("/dev/video0").exists():
         pytest.skip("there is a camera")
     assert "camera 0" in error_of(0)
     assert error_of("0") == error_of(0)
+
+
+# Cameras and servers
 
 
 @pytest.mark.parametrize(
@@ -641,14 +579,12 @@ def test_an_mp4_with_its_index_at_the_end_needs_a_server_with_ranges(tmp_path: P
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("ending", ["mp4", "mkv", "avi", "mpg"])
+@pytest.mark.parametrize("ending", ["mp4", "avi"])
 def test_a_server_that_stops_sending_is_noticed(
     tmp_path: Path, ending: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(decoder, "READ_TIMEOUT", 0.4)
-    codec: Codec = "mpeg2video" if ending == "mpg" else "libx264"
-    path = clip(tmp_path / f"stalls.{ending}", 60, noisy=True, codec=codec)
-    data = path.read_bytes()
+    data = clip(tmp_path / f"stalls.{ending}", 60, noisy=True).read_bytes()
     with sending(data[: len(data) // 2], len(data)) as url, open_source(url) as source:
         with pytest.raises(SourceError, match="does not answer") as caught:
             list(source)
@@ -674,3 +610,23 @@ def test_pictures_are_freed_at_once(tmp_path: Path) -> None:
         assert sum(isinstance(each, av.VideoFrame) for each in gc.get_objects()) < 4
     finally:
         gc.enable()
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("start", [-1, True, "1", 10**20]),
+        ("end", [0, 2.5]),
+        ("stride", [0, 0.5, 2**63]),
+    ],
+)
+def test_a_senseless_selection_is_refused(whole: Path, name: str, values: list[Any]) -> None:
+    for value in values:
+        with pytest.raises(ConfigError, match=name) as caught:
+            open_source(whole, **{name: value})
+        assert "\n" not in str(caught.value)
+
+
+def test_a_start_beyond_the_end_is_refused_on_opening(whole: Path) -> None:
+    with pytest.raises(SourceError, match="has 12 frames, none of them from 12 on"):
+        open_source(whole, start=12)

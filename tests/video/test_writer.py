@@ -9,11 +9,9 @@ import subprocess
 import sys
 import textwrap
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from clips import picture
 from disks import fill
@@ -48,9 +46,8 @@ from motes.video.writer import VideoWriter
 
 
 @pytest.mark.parametrize("ending", ENDINGS)
-@pytest.mark.parametrize("size", [(63, 47), (1, 1)])
-def test_what_is_written_can_be_read(tmp_path: Path, ending: str, size: tuple[int, int]) -> None:
-    width, height = size
+def test_what_is_written_can_be_read(tmp_path: Path, ending: str) -> None:
+    width, height = 63, 47
     path = tmp_path / f"out{ending}"
     with VideoWriter(path, 30) as writer:
         for index in range(40):
@@ -127,31 +124,20 @@ def test_without_pictures_there_is_no_file(tmp_path: Path) -> None:
     assert os.listdir(tmp_path) == []
 
 
-@pytest.mark.parametrize(
-    "pixels",
-    [
-        np.zeros((48, 64), np.uint8),
-        np.zeros((48, 64, 4), np.uint8),
-        np.zeros((48, 64, 3)),
-        np.zeros((48, 66, 3), np.uint8),
-    ],
-)
-def test_a_picture_that_does_not_fit_is_refused(tmp_path: Path, pixels: NDArray[Any]) -> None:
+def test_a_picture_that_does_not_fit_is_refused(tmp_path: Path) -> None:
     with VideoWriter(tmp_path / "out.mp4", 25) as writer:
         writer.write(picture(0))
-        with pytest.raises(FormatError):
-            writer.write(pixels)
+        for pixels in (picture(0)[:, :, 0], picture(0).astype(float), picture(0, 66, 48)):
+            with pytest.raises(FormatError):
+                writer.write(pixels)
 
 
-@pytest.mark.parametrize("kind", [ValueError, KeyboardInterrupt])
-def test_after_an_exception_the_partial_file_stays(
-    tmp_path: Path, kind: type[BaseException]
-) -> None:
+def test_after_an_interrupt_the_partial_file_stays(tmp_path: Path) -> None:
     path = tmp_path / "out.mp4"
-    with pytest.raises(kind), VideoWriter(path, 25) as writer:  # noqa: PT012
+    with pytest.raises(KeyboardInterrupt), VideoWriter(path, 25) as writer:  # noqa: PT012
         for index in range(30):
             writer.write(picture(index))
-        raise kind
+        raise KeyboardInterrupt
     with open_source(left(tmp_path)) as source:
         assert len(list(source)) == 30
         assert source.report.problems is None

@@ -213,6 +213,7 @@ def test_rows_are_those_of_the_commands(home: Path, capsys: pytest.CaptureFixtur
     assert frames == {"film-1": 15, "film-2": 20, "both": 10, "mended": 10, "two": 20}
 
 
+@pytest.mark.slow
 def test_a_network_is_a_column(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -1,6 +1,9 @@
-"""Detections of visible objects."""
+"""Detections of visible objects: of doubles one stays, and what filters observe and learn."""
 
 from __future__ import annotations
+
+import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -8,10 +11,13 @@ from msgspec.structs import replace
 
 from motes.core.detection import Detection
 from motes.core.geometry import Box
-from motes.mot.scene_config import Smoothing
+from motes.mot.scene_config import DetectionSelection, Smoothing
 from motes.mot.stages.associate import associate
-from motes.mot.tracked_object import REMEMBERED
-from scene_objects import BLUE, DT, RED, config, occluded, picture, undetected
+from motes.mot.stages.suppress_duplicates import suppress_duplicates
+from motes.mot.stages.update import update
+from motes.mot.tracked_object import REMEMBERED, TrackedObject
+from motes.sot.filtering.model_update import ExponentialForgetting
+from scene_objects import BLUE, DT, RED, config, occluded, picture, undetected, visible
 
 LEFT, RIGHT = Box(20, 30, 20, 40), Box(120, 30, 20, 40)
 FRAME = picture(1, (LEFT, RED), (RIGHT, BLUE))
@@ -74,6 +80,71 @@ def test_a_part_neither_moves_nor_shrinks_an_object() -> None:
     assert after.occlude(None).extrapolate(FRAME).track.box.width == pytest.approx(11, abs=1)
 
 
-def test_occluded_objects_get_none() -> None:
+def test_occluded_objects_get_none_and_observe_nothing() -> None:
     objects, found = [occluded(1, FRAME, LEFT)], [Detection(LEFT)]
     assert associate(objects, found, FRAME, DT, config()) == (objects, found)
+    assert update(objects, picture(1), DT) == objects
+
+
+PLACE, FAR, NEAR = Box(40, 30, 20, 40), Box(140, 30, 20, 40), Box(64, 30, 20, 40)
+
+
+def learning(identity: int, box: Box) -> TrackedObject:
+    """Return an object that learns quickly, detected in the next frame."""
+    begun = visible(identity, picture(0, (box, RED)), box)
+    tracker = replace(begun.tracker, adaptation=ExponentialForgetting(learning_rate=0.5))
+    return replace(begun, tracker=tracker).predict(DT).detect(box, DT)
+
+
+def histogram(each: TrackedObject) -> list[float]:
+    """Return its color model."""
+    model: Any = each.state.models["color"]
+    values: list[float] = model.histogram.tolist()
+    return values
+
+
+def test_models_learn_only_while_no_other_object_is_near() -> None:
+    frame = picture(1, (PLACE, RED), (PLACE._replace(height=10), BLUE))  # still mostly red
+    for other, near in ((FAR, False), (NEAR, True)):
+        before = learning(1, PLACE)
+        after, _ = update([before, learning(2, other)], frame, DT)
+        assert (histogram(after) == histogram(before)) == near
+
+
+def test_a_detected_object_stays_at_its_detection_and_others_follow_their_filter() -> None:
+    frame = picture(1, (PLACE._replace(x=43), RED))
+    detected = learning(1, PLACE)
+    alone = replace(detected, detected=False)
+    for each, moves in ((detected, False), (alone, True)):
+        (after,) = update([each], frame, DT)
+        assert (after.track.ellipse != each.track.ellipse) == moves
+        assert after.track.frame == 1
+
+
+EMPTY = picture(0)
+
+
+WHOLE = Detection(Box(20, 20, 20, 40), 0.5)
+
+
+@pytest.mark.parametrize(
+    ("other", "kept"),
+    [
+        (Detection(Box(21, 21, 20, 40), 0.9), [1]),  # the higher score stays
+        (Detection(Box(22, 22, 10, 20), 0.5), [0]),  # and of equal ones the larger
+        (Detection(Box(27, 20, 20, 40), 0.5), [0]),  # 0.65 of each is shared
+        (Detection(Box(29, 20, 20, 40), 0.5), [0, 1]),  # 0.55
+    ],
+)
+def test_of_two_that_overlap_one_stays(other: Detection, kept: list[int]) -> None:
+    two = [WHOLE, other]
+    found, surplus = suppress_duplicates(two, EMPTY, DetectionSelection())
+    assert (found, surplus) == ([two[i] for i in kept], 0)
+
+
+def test_what_can_be_no_object_does_not_count_for_the_limit() -> None:
+    outside, unknown = Detection(Box(300, 20, 20, 40), 9), Detection(Box(20, 20, 9, 9), math.nan)
+    good = [Detection(Box(10 + 30 * i, 20, 20, 40), 1 - i / 9) for i in range(4)]
+    config = DetectionSelection(limit=3)
+    found = [*good, outside, unknown]
+    assert suppress_duplicates(found, EMPTY, config) == (good[:3], 1)

@@ -1,4 +1,4 @@
-"""The turn that the default tracker reports, and its jitter at rest."""
+"""The turns and sizes that the default tracker reports: neither steps, nor lag, nor jitter."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ import pytest
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
-from motes.sot.discriminative.size import POINTS, TurnEstimate, sampled
+from motes.cues.correlation_filter import ScaleFilter
+from motes.sot.discriminative.size import POINTS, Trend, TurnEstimate, sampled
 from motes.sot.tracker import Tracker
-from motes.synthetic.clips import occluded, still, turning
+from motes.synthetic.clips import still, turning
 
 
 def wrapped(angles: Floats) -> Floats:
@@ -34,30 +35,6 @@ def test_a_turn_is_followed_without_steps() -> None:
     assert np.abs(wrapped(np.subtract(found, truth))).max() < 8
     steps = np.diff(np.unwrap(found, period=math.pi))
     assert np.degrees(np.abs(steps)).max() < 9  # one of 3.6 degrees each; a window's is of 14
-
-
-@pytest.mark.slow
-def test_a_box_has_no_turn_but_that_of_the_window() -> None:
-    clip, tracker = turning((160, 120)), Tracker()
-    for index in range(30):
-        frame, (true, *_) = clip[index]
-        box = true.ellipse._replace(theta=0.0)
-        track = tracker.update(frame) if index else tracker.init(frame, box)
-        assert track.ellipse.theta == tracker._state.ellipse.theta
-
-
-def test_hidden_targets_keep_their_angle() -> None:
-    clip = occluded((160, 120))
-    frame, (true, *_) = clip[0]
-    start = true.ellipse._replace(theta=0.2)
-    estimate = TurnEstimate.begin(frame, start)
-    gone = estimate.followed(frame, start, 0.0, 0.0, seen=False)
-    assert gone.angle.value == 0
-    elsewhere = estimate.followed(frame, Ellipse(20, 100, 9, 9), 0.25, 0.25, seen=True)
-    assert elsewhere.angle.value in (0.0, 0.25)
-    flat = Frame(0, 0.0, np.zeros((120, 160, 3), np.uint8))
-    assert estimate.followed(flat, start, 0.25, 0.25, seen=True).angle.value == 0.25
-    assert not len(TurnEstimate.begin(frame, start._replace(theta=0.0)).rings)
 
 
 def test_a_turned_picture_is_turned_by_as_much() -> None:
@@ -90,3 +67,24 @@ def test_jitter_at_rest() -> None:
     x, y, a, b, _ = np.std(found, axis=0)
     assert max(x, y, a, b) < 0.3
     assert np.abs(np.subtract(found, found[0])[:, :2]).max() < 0.5
+
+
+def test_steady_growth_is_followed_without_lag() -> None:
+    trend = Trend()
+    for frame in range(1, 60):
+        trend = trend.measured(0.01 * frame) if frame % 2 else trend.predicted()
+    assert trend.value == pytest.approx(0.59, abs=1e-3)
+    assert trend.growth == pytest.approx(0.01, abs=1e-3)
+
+
+def test_a_rough_value_is_replaced_by_the_next_measurement() -> None:
+    trend = Trend(0.5, rough=True).measured(0.1)
+    assert trend == Trend(0.1)
+
+
+def test_the_maximum_between_sizes() -> None:
+    sizes = ScaleFilter(count=5, step=1.1)
+    steps = np.linspace(-2, 2, 5)
+    assert sizes.between(-((steps - 0.3) ** 2)) == pytest.approx(1.1**0.3)
+    assert sizes.between(steps) == pytest.approx(1.1**2)  # nothing beyond the largest
+    assert sizes.between(np.zeros(5)) == pytest.approx(1.1**-2)

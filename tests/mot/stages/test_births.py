@@ -1,17 +1,20 @@
-"""How objects begin."""
+"""How objects begin: confirmed by detections, or announced by another camera."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
+import numpy as np
 import pytest
 from msgspec.structs import replace
 
 from motes.core.detection import Detection
-from motes.core.geometry import Box
+from motes.core.geometry import Box, Ellipse, iou
 from motes.mot import track_initiation
+from motes.mot.expected import CUE, Expected
+from motes.mot.scene import SceneState, step
 from motes.mot.scene_config import Initiation
+from motes.mot.stages.admit import admit
 from motes.mot.stages.initiate import initiate
 from motes.mot.track_initiation import TrackInitiation
 from motes.mot.tracked_object import TrackedObject
@@ -102,21 +105,6 @@ def test_an_object_is_surer_than_what_nothing_confirms(score: float, begins: boo
     assert begun
 
 
-def test_a_tentative_track_is_no_longer_however_long_it_stands() -> None:
-    found = [Detection(PLACE, 1.0)]
-    state = specks(TrackInitiation().with_scores([Detection(PLACE, 3.0)], []))
-    for index in range(21, 40):
-        _, state = initiate(0, 0, state, [], found, picture(index), TWICE)
-    assert max(len(each.hits) for each in state.candidates) == TWICE.initiation.min_hits
-
-
-def test_parts_of_objects_do_not_say_how_sure_false_detections_are() -> None:
-    state = TrackInitiation().with_scores([Detection(PLACE, 3.0)], [])
-    there = [visible(n, picture(0), Box(x, 25, 25, 50)) for n, x in enumerate((100, 150), 1)]
-    assert specks(state).least == pytest.approx(1.9, abs=0.1)
-    assert specks(state, there).least == -math.inf
-
-
 def test_where_sure_detections_are_not_confirmed_half_of_the_others_are_sure_enough() -> None:
     """What moves too fast to be confirmed is as sure as what does not."""
     slow = [Detection(PLACE, score) for score in (0.5, 1.0, 3.0)]
@@ -137,3 +125,65 @@ def test_random_numbers_depend_on_seed_and_identity_alone() -> None:
     assert first != second
     assert drawn(3, 1, boxes[:1]) == [second]
     assert drawn(4, 0, boxes)[0] != first
+
+
+BOX = Box(60, 40, 20, 30)
+FRAME = picture(3, (BOX, RED))
+ANNOUNCED = Ellipse.from_box(BOX)
+
+
+def expected(at: Ellipse = ANNOUNCED, *, certain: bool = True, spread: float = 2.0) -> Expected:
+    """Return that something red is expected, moving to the right."""
+    spreads = spread, spread, 0.3, 0.3, 0.0
+    samples = np.random.default_rng(0).normal(at, spreads, (50, 5))
+    return Expected(7, samples, np.array([50.0, 0.0]), CUE.learn(FRAME, ANNOUNCED), certain)
+
+
+def admitted(*free: Box, objects: tuple[Box, ...] = (), frame=FRAME, **how):  # type: ignore[no-untyped-def]
+    there = [visible(n + 1, frame, box) for n, box in enumerate(objects)]
+    found = [Detection(box) for box in free]
+    return admit(0, len(there), [expected(**how)], there, found, frame, config())
+
+
+@pytest.mark.parametrize("certain", [True, False])
+def test_an_expected_object_begins_with_its_first_detection(certain: bool) -> None:
+    other = Box(150, 40, 20, 30)
+    (begun,), keys, free = admitted(other, BOX, certain=certain)
+    assert begun.detected
+    assert begun.track.box == pytest.approx(BOX)
+    assert begun.public_track.velocity == (50.0, 0.0)
+    assert keys == {begun.identity: 7}
+    assert [each.box for each in free] == [other]
+    assert begun.identity == 1
+
+
+def test_its_filter_begins_with_the_given_samples_and_model() -> None:
+    (begun,), *_ = admitted()
+    np.testing.assert_array_equal(begun.state.models["color"].histogram, expected().model.histogram)
+    centers = config().tracker.motion.ellipses(begun.state.states)[:, :2]
+    np.testing.assert_allclose(centers, expected().samples[:, :2])
+
+
+def test_a_certain_one_needs_no_detection() -> None:
+    (begun,), *_ = admitted()
+    assert not begun.detected
+    assert iou(np.array(begun.track.box), np.array([BOX]))[0] > 0.7
+    assert admitted(certain=False) == ([], {}, [])
+
+
+def test_a_scene_begins_it_two_frames_before_a_birth() -> None:
+    for arriving, first in ([expected()], 0), ([], 2):
+        state = SceneState()
+        for index in range(3):
+            frame = picture(index, (BOX, RED))
+            state, info = step(0, state, frame, DT, [Detection(BOX)], config(), arriving)
+            arriving = []
+            assert bool(info.tracks) is (index >= first)
+
+
+def test_a_part_at_the_border_is_enough() -> None:
+    """The camera sees the first 6 of 20 columns; most samples have their centers outside."""
+    shown = Box(0, 40, 6, 30)
+    frame = picture(3, (shown, RED))
+    (begun,), *_ = admitted(shown, frame=frame, at=ANNOUNCED._replace(x=-4.0))
+    assert begun.detected

@@ -1,0 +1,199 @@
+"""Which objects are occluded, and by what; how they reappear, and when they end."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+from motes.core.detection import Detection
+from motes.core.geometry import Box
+from motes.core.track import Status
+from motes.mot.scene_config import Occlusion
+from motes.mot.stages.mark_occluded import mark_occluded
+from motes.mot.stages.reidentify import reidentify
+from motes.mot.stages.report import report
+from motes.mot.tracked_object import TrackedObject
+from scene_objects import BLUE, DT, RED, config, occluded, picture, statuses, undetected, visible
+
+PLACE, OVER = Box(40, 30, 20, 40), Box(48, 30, 20, 40)
+FRAME = picture(1, (PLACE, RED))
+
+
+def seen(identity: int, box: Box, distance: float = 0.1) -> TrackedObject:
+    """Return an undetected object that its filter recognizes, at a distance from its model."""
+    each = undetected(identity, picture(0, (box, RED)), box)
+    return replace(each, track=replace(each.track, distance=distance))
+
+
+def test_a_detected_object_occludes_an_undetected_one() -> None:
+    front = seen(2, OVER).detect(OVER, FRAME.time)
+    after = mark_occluded([seen(1, PLACE), front], FRAME, Occlusion())
+    assert statuses(after) == {1: Status.OCCLUDED, 2: Status.TRACKING}
+    assert after[0].occluded_by == 2
+    assert after[0].track.confidence == 0
+
+
+@pytest.mark.parametrize(("first", "second", "hidden"), [(0.3, 0.2, 1), (0.2, 0.3, 2)])
+def test_of_two_undetected_objects_the_worse_match_is_occluded(
+    first: float, second: float, hidden: int
+) -> None:
+    after = mark_occluded([seen(1, PLACE, first), seen(2, OVER, second)], FRAME, Occlusion())
+    assert [each.identity for each in after if each.occluded] == [hidden]
+
+
+def test_an_object_that_covers_too_little_occludes_nothing() -> None:
+    objects = [seen(1, PLACE), seen(2, OVER).detect(OVER, FRAME.time)]  # 12 of 20 columns
+    assert mark_occluded(objects, FRAME, Occlusion(overlap=0.61)) == objects
+    assert mark_occluded(objects, FRAME, Occlusion(overlap=0.59))[0].occluded
+
+
+def test_scenery_occludes_what_fails_the_appearance_rule_or_is_too_long_undetected() -> None:
+    each = seen(1, PLACE)
+    failed = replace(each, state=replace(each.state, frames_missed=1))
+    for undetected_one, frame in ((failed, FRAME), (each, picture(4))):
+        (after,) = mark_occluded([undetected_one], frame, Occlusion())
+        assert (after.track.status, after.occluded_by) == (Status.OCCLUDED, None)
+    assert mark_occluded([each], picture(3), Occlusion()) == [each]  # 0.12 s
+
+
+def test_detected_objects_are_never_occluded_and_occluded_ones_occlude_nothing() -> None:
+    both = [seen(1, PLACE).detect(PLACE, FRAME.time), seen(2, OVER).detect(OVER, FRAME.time)]
+    assert mark_occluded(both, FRAME, Occlusion()) == both
+    better, worse = seen(1, PLACE, 0.1), seen(2, OVER, 0.2)
+    failed = replace(better, state=replace(better.state, frames_missed=1))
+    after = mark_occluded([failed, worse], FRAME, Occlusion())
+    assert statuses(after) == {1: Status.OCCLUDED, 2: Status.TRACKING}
+
+
+def test_occluded_objects_go_on_with_their_velocity() -> None:
+    before = replace(occluded(1, picture(0, (PLACE, RED)), PLACE), velocity=np.array([50.0, 0.0]))
+    (after,) = mark_occluded([before.predict(DT)], FRAME, Occlusion())
+    assert after.track.box == pytest.approx(PLACE._replace(x=PLACE.x + 50 * DT))
+    assert (after.track.frame, after.track.time) == (FRAME.index, FRAME.time)
+
+
+BEFORE = picture(0, (PLACE, RED))
+
+
+def test_an_object_is_visible_again_where_it_is_detected() -> None:
+    near, far = PLACE._replace(x=50), PLACE._replace(x=150)
+    frame = picture(5, (near, RED), (far, RED))
+    found = [Detection(far), Detection(near)]
+    (after,), free = reidentify([occluded(1, BEFORE, PLACE)], found, frame, DT, config())
+    assert after.track.box == pytest.approx(near)
+    assert (after.track.status, after.detected, after.last_time) == (
+        Status.TRACKING, True, frame.time,
+    )  # fmt: skip
+    assert after.track.confidence > 0.5
+    assert free == [found[0]]
+
+
+@pytest.mark.parametrize(("surprise", "reached"), [(0.005, False), (0.05, True)])
+def test_the_gate_grows_with_time_the_faster_the_less_evenly_an_object_moved(
+    surprise: float, reached: bool
+) -> None:
+    away = PLACE._replace(x=78)  # more than two mean half-axes
+    hidden = replace(occluded(1, BEFORE, PLACE), surprise=(surprise, surprise))
+    for index, found in ((2, False), (15, reached)):
+        frame = picture(index, (away, RED))
+        _, free = reidentify([hidden], [Detection(away)], frame, DT, config())
+        assert (not free) == found
+
+
+def test_the_variance_of_a_forecast_is_that_of_simulated_ones() -> None:
+    """Of paths whose velocity follows each error by the share that it follows a detection by."""
+    rng, frames, kept = np.random.default_rng(0), 12, 0.8
+    errors = rng.normal(0, 3, (20_000, frames))
+    velocity = np.cumsum((1 - kept) * errors, axis=1) - (1 - kept) * errors
+    ends = (velocity + errors).sum(axis=1)
+    one = replace(occluded(1, BEFORE, PLACE), surprise=(9.0, 9.0))
+    variance = one.variance(one.last_time + frames * DT, DT, kept)
+    assert variance == pytest.approx([ends.var()] * 2, rel=0.05)
+
+
+def test_surprise_is_how_far_detections_are_off() -> None:
+    def follow(one: TrackedObject, x: float) -> TrackedObject:
+        return one.predict(DT).detect(PLACE._replace(x=x), 0).update_velocity(0.8, DT)
+
+    even = uneven = visible(1, BEFORE, PLACE)
+    for n in range(1, 40):
+        even, uneven = follow(even, 40 + 2 * n), follow(uneven, 40 + 2 * n + 4 * (-1) ** n)
+    assert max(even.surprise) < 0.01 < uneven.surprise[0]
+    assert uneven.surprise[1] < 0.01
+
+
+def test_an_object_may_reappear_beside_its_occluder() -> None:
+    """The occluder has carried it away, much farther than its own gate reaches."""
+    away = PLACE._replace(x=150)
+    frame = picture(2, (away, RED))
+    occluder = visible(2, frame, away)
+    for by, found in ((None, False), (2, True)):
+        objects = [occluded(1, BEFORE, PLACE, by), occluder]
+        _, free = reidentify(objects, [Detection(away)], frame, DT, config())
+        assert (not free) == found
+
+
+def test_a_detection_of_another_color_is_no_object_that_was_there() -> None:
+    away = PLACE._replace(x=60)
+    for color, found in ((RED, True), (BLUE, False)):
+        frame = picture(2, (away, color))
+        _, free = reidentify([occluded(1, BEFORE, PLACE)], [Detection(away)], frame, DT, config())
+        assert (not free) == found
+
+
+def test_visible_objects_get_none() -> None:
+    objects, found = [visible(1, BEFORE, PLACE)], [Detection(PLACE)]
+    assert reidentify(objects, found, picture(1), DT, config()) == (objects, found)
+
+
+LAST_SEEN = picture(100, (PLACE, RED))  # at 4 s
+
+
+def last_frame(box: Box = PLACE, covered: bool = False) -> int:
+    """Return in how many frames an object that was last detected at 4 s is reported."""
+    each = occluded(1, picture(100, (box, RED)), box)
+    other = visible(2, LAST_SEEN, PLACE)
+    for age in range(1, 300):
+        frame = picture(100 + age)
+        others = [replace(other, last_time=frame.time)] if covered else []
+        tracks, staying = report([each, *others], frame, 0.0, config())
+        if tracks[0].gone:
+            assert each not in staying
+            return age - 1
+        assert staying[0] is each
+    raise AssertionError("never")
+
+
+@pytest.mark.slow
+def test_an_object_is_kept_for_three_seconds_and_twice_as_long_behind_another() -> None:
+    assert last_frame() == pytest.approx(3 / 0.04, abs=1)
+    assert last_frame(covered=True) == pytest.approx(6 / 0.04, abs=1)
+
+
+def test_an_occluded_object_that_ends_covers_nothing() -> None:
+    """Neither is visible, so both end in the same frame."""
+    both = [occluded(identity, LAST_SEEN, PLACE, by=3 - identity) for identity in (1, 2)]
+    tracks, staying = report(both, picture(176), 0.0, config())
+    assert [(each.gone, each.occluded_by) for each in tracks] == [(True, None)] * 2
+    assert staying == []
+
+
+@pytest.mark.parametrize(
+    ("left", "status", "by"), [(40, "occluded", 3), (53, "occluded", 3), (55, "lost", None)]
+)
+def test_what_is_hidden_has_an_occluder_or_is_lost(left: int, status: str, by: int | None) -> None:
+    """The box of the visible object covers 20, 7 or 5 of 20 columns; 6 are asked for."""
+    front = visible(3, picture(100, (Box(left, 30, 20, 40), RED)), Box(left, 30, 20, 40))
+    hidden = occluded(1, LAST_SEEN, PLACE, by=3)
+    (_, track), staying = report([front, hidden], LAST_SEEN, 0.0, config())
+    assert (track.status, track.occluded_by, track.sought) == (status, by, by is None)
+    assert not track.gone
+    assert staying == [front, hidden]
+
+
+@pytest.mark.parametrize(("best", "stays"), [(0.4, False), (0.5, True)])
+def test_an_object_that_was_never_sure_enough_is_gone(best: float, stays: bool) -> None:
+    one = replace(visible(3, LAST_SEEN, PLACE), best=best)
+    (track,), staying = report([one], LAST_SEEN, 0.5, config())
+    assert (track.gone, staying) == (not stays, [one] * stays)
