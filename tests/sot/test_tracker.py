@@ -397,6 +397,23 @@ def test_lost_searched_and_found_again(name: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("name", ["nummiaro", "nummiaro:adaptive", "default"])
+def test_the_demo_is_followed_nearly_throughout(name: str) -> None:
+    """The target turns, grows, hides, jumps and leaves; what is seen surely is seen rightly."""
+    tracker, rows = Tracker(name), []
+    for picture, (truth,) in synthetic.demo((320, 240)):
+        if picture.index == 0:
+            track = tracker.init(picture, truth.ellipse)
+        else:
+            track = tracker.update(picture)
+        rows.append((iou(track.box, truth.ellipse.box), track.confidence, truth.visible))
+    overlap, confidence, visible = np.array(rows, float).T
+    assert (overlap[visible > 0.5] > 0.3).mean() > 0.75
+    assert (overlap[confidence > 0.5] > 0.3).mean() > 0.9
+    assert confidence[visible == 0].max() < 0.5
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "form", "follows"),
     [
