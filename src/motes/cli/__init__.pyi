@@ -19,4 +19,5 @@ from .input_checks import prepared_folder as prepared_folder
 from .messages import log as log
 from .option_groups import FileName as FileName
 from .option_groups import OwnCode as OwnCode
+from .option_groups import Whole as Whole
 from .option_groups import options as options

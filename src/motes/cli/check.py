@@ -15,7 +15,7 @@ from motes.cli.frame_loop import FrameProgress
 from motes.cli.input_checks import check_counts, check_not_source, point_out_unfinished
 from motes.cli.known_run import TrackerOptions, corrected_run
 from motes.cli.messages import log
-from motes.cli.option_groups import OUTPUT, FileName, OutputFile, Overwrite
+from motes.cli.option_groups import OUTPUT, FileName, OutputFile, Overwrite, Whole
 from motes.cli.settings import TRACKER_HELP
 from motes.core.errors import FormatError
 from motes.core.files import write_whole, writing
@@ -42,7 +42,7 @@ def check(
     rows: Path,
     /,
     *,
-    count: Annotated[int, Parameter(group=OUTPUT)] = COUNT,
+    count: Annotated[Whole, Parameter(group=OUTPUT)] = COUNT,
     output: OutputFile = None,
     sheet: Annotated[Path | None, Parameter(group=OUTPUT)] = None,
     overwrite: Overwrite = False,

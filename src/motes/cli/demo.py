@@ -25,7 +25,7 @@ from cyclopts import Parameter
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_counts, prepared_folder
 from motes.cli.messages import log
-from motes.cli.option_groups import OUTPUT, RUN, Overwrite
+from motes.cli.option_groups import OUTPUT, RUN, Overwrite, Whole
 from motes.core import interrupts
 from motes.core.errors import ConfigError, FormatError
 from motes.core.frame import FRAME_INTERVAL, Frame
@@ -86,8 +86,8 @@ FILES = (
 
 def demo(
     *,
-    frames: Annotated[int | None, Parameter(group=RUN)] = None,
-    seed: Annotated[int, Parameter(group=RUN)] = 0,
+    frames: Annotated[Whole | None, Parameter(group=RUN)] = None,
+    seed: Annotated[Whole, Parameter(group=RUN)] = 0,
     out: Annotated[Path, Parameter(group=OUTPUT)] = Path("demo"),
     overwrite: Overwrite = False,
 ) -> int:

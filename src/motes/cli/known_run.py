@@ -18,6 +18,7 @@ from motes.cli.option_groups import (
     ConfigFile,
     Fps,
     PresetName,
+    Whole,
     options,
     say_rate,
 )
@@ -39,7 +40,7 @@ class TrackerOptions:
     ] = None
     config: ConfigFile = None
     changes: Changes = None
-    seed: int | None = None
+    seed: Whole | None = None
     """Seed of the random numbers."""
     fps: Fps = None
 

@@ -51,10 +51,21 @@ def _as_written(kind: Any, tokens: Sequence[Token]) -> str:
     return tokens[0].value
 
 
+def _whole(kind: Any, tokens: Sequence[Token]) -> int:
+    """Return a whole number: the parser itself would round a fraction."""
+    value = tokens[0].value
+    try:
+        return int(value)
+    except ValueError:
+        raise ValueError(f"{value} is no whole number.") from None
+
+
 if TYPE_CHECKING:
     FileName: TypeAlias = str
     PresetName: TypeAlias = str
+    Whole: TypeAlias = int
 else:
+    Whole = Annotated[int, Parameter(converter=_whole)]
     FileName = Annotated[Path, Parameter(converter=_as_written)]
     PresetName = Annotated[
         Literal[
@@ -131,11 +142,11 @@ OwnCode = Annotated[
 class FrameOptions:
     """The frames that are read."""
 
-    start: int = 0
+    start: Whole = 0
     """First frame."""
-    end: int | None = None
+    end: Whole | None = None
     """Stop before this frame."""
-    stride: int = 1
+    stride: Whole = 1
     """Read every n-th frame."""
     fps: Fps = None
     reconnect: Annotated[float | None, Parameter(group=LIVE)] = None
@@ -193,7 +204,7 @@ class ConfigOptions:
 
     config: ConfigFile = None
     changes: Changes = None
-    seed: int = 0
+    seed: Whole = 0
     """Seed of the random numbers: 0 or more."""
     dump_config: Annotated[bool, FLAG] = False
     """Print the whole configuration as TOML and exit."""

@@ -24,8 +24,8 @@ class UnitOptions:
     scale: float | None = None
     """Pixels per metre: rows get x_m, y_m and speed, with deviations."""
     ground: Path | None = None
-    """TOML file with [ground]: scale, homography (9 numbers), or points (four or more [x, y, X,
-    Y]), as for motes watch --places."""
+    """TOML file with [ground]: scale, homography (three rows of three), or points (four or more
+    [x, y, X, Y]), as for motes watch --places."""
     lens: Path | None = None
     """With --scale or --ground: distortion of the lens, the YAML or XML file of OpenCV's
     calibration."""

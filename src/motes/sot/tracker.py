@@ -20,7 +20,7 @@ from motes.core.detection import Detector, best
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.files import write_whole
 from motes.core.frame import Frame, as_frame
-from motes.core.geometry import as_samples, region_within
+from motes.core.geometry import as_samples, check_angle, region_within
 from motes.core.log import LOG
 from motes.core.saved_state import UNREADABLE, sealed, unpack, unsealed
 from motes.core.seed import checked_seed
@@ -102,6 +102,7 @@ class Tracker:
         """
         picture = as_frame(frame)
         ellipse = region_within(region, picture.width, picture.height)
+        check_angle(ellipse.theta)
         self._restart()
         state, info = self._algorithm.init(self._rng, self._seen(picture), ellipse)
         if (note := bare_note(picture, ellipse)) is not None:

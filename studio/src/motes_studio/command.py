@@ -9,7 +9,7 @@ from typing import Annotated
 from cyclopts import App, Parameter
 
 from motes import ConfigError, MissingDependencyError, SourceError
-from motes.cli import DONE, FileName, log
+from motes.cli import DONE, FileName, Whole, log
 
 app = App(name="studio", help_format="plaintext")
 
@@ -20,7 +20,7 @@ def studio(
     /,
     *,
     host: str = "127.0.0.1",
-    port: int = 8765,
+    port: Whole = 8765,
     data: Path | None = None,
     network: FileName | None = None,
     headless: Annotated[bool, Parameter(negative=(), show_default=False)] = False,

@@ -17,6 +17,7 @@ from motes.cli import (
     PARTIAL,
     FileName,
     OwnCode,
+    Whole,
     call,
     log,
     options,
@@ -44,7 +45,7 @@ class WorkOptions:
 
     workers: Workers = None
     cluster: Cluster = None
-    attempts: int = pools.ATTEMPTS
+    attempts: Whole = pools.ATTEMPTS
     """How often a job is tried if its worker dies, for example from lack of memory."""
     time_limit: float = pools.TIME_LIMIT
     """Seconds for a job."""
@@ -75,7 +76,7 @@ class JobOptions:
     """Preset of the tracker."""
     config: FileName | None = None
     """TOML file whose values replace those of the preset."""
-    seed: int | None = None
+    seed: Whole | None = None
     """Seed of the random numbers."""
     network: FileName | None = None
     """Trained network that joins the tracker: nanotrack, or A.onnx,B.onnx."""

@@ -5,11 +5,11 @@ from typing import Annotated
 from cyclopts import Group, Parameter
 
 from motes import ConfigError
-from motes.cli import check_counts
+from motes.cli import Whole, check_counts
 
 RUN = Group("Run", sort_key=2)
 Workers = Annotated[
-    int | None, Parameter(group=RUN, help="Number of processes; by default one for each core.")
+    Whole | None, Parameter(group=RUN, help="Number of processes; by default one for each core.")
 ]
 Cluster = Annotated[
     str | None,

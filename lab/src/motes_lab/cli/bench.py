@@ -8,7 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from motes import ConfigError, SourceError
-from motes.cli import check_counts
+from motes.cli import Whole, check_counts
 from motes.core import read_text
 from motes_lab.adapters.opencv import peer
 from motes_lab.datasets.sot import Sequence as TrueSequence
@@ -27,7 +27,7 @@ def bench(
         REPEATED,
         Parameter(group=RUN, help="Measure only this part; may be repeated. All by default."),
     ] = None,
-    rounds: Annotated[int, Parameter(group=RUN, help="Number of measurements of each job.")] = 3,
+    rounds: Annotated[Whole, Parameter(group=RUN, help="Number of measurements of each job.")] = 3,
     against: Annotated[
         Path | None,
         Parameter(
