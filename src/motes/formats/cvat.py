@@ -139,8 +139,9 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     """Return the tracks, and the shapes of single images, of a CVAT document.
 
     Frames of a track between its keyframes are interpolated as in CVAT, also where the document
-    leaves them out. Boxes and ellipses may be rotated; of other shapes the box is taken. Shapes of
-    single images have no identity. Skeletons, cuboids and tags are left out.
+    leaves them out, but for those that the task skips. Boxes and ellipses may be rotated; of other
+    shapes the box is taken. Shapes of single images have no identity. Skeletons, cuboids and tags
+    are left out.
     """
     from xml.etree import ElementTree
 
@@ -155,14 +156,14 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     if any(each.tag in SHAPES for part in root.iter() if part.tag not in HOLDERS for each in part):
         raise FormatError("it has a shape that is in no track and in no image")
     _check_one_task(root, [*tracks, *images])
-    ids = set[int]()
+    ids, step = set[int](), _step(root)
     for place, track in enumerate(tracks):
         with at(f"track {track.get('id', place)}"):
             identity = whole(track.get("id", str(place)))
             if identity < 0 or identity in ids:
                 raise ValueError("its id is negative, or that of another track")
             ids.add(identity)
-            objects += _read_track(track, identity, _label(track, facts))
+            objects += _read_track(track, identity, _label(track, facts), step)
     frames, notes = _frames_of(images, images_of(facts))
     files = dict[int, str]()
     for image, frame in zip(images, frames, strict=True):
@@ -176,7 +177,8 @@ def read(path: Path, facts: FilmFacts) -> Recording:
                 if shape.tag in SHAPES
             ]
     last = max((each.frame for each in objects), default=-1)
-    times = dict.fromkeys(files if images and not tracks else _annotated(root, facts.seen(last)))
+    seen = files if images and not tracks else _annotated(root, facts.seen(last), step)
+    times = dict.fromkeys(seen)
     named = {frame: name for frame, name in files.items() if name}
     others = Counter(each.tag for part in (*tracks, *images) for each in part)
     left_out = [
@@ -221,18 +223,23 @@ def _frames_of(images: list[Element], known: Mapping[str, int]) -> tuple[list[in
     ] * (len(steps) > 1)
 
 
-def _annotated(root: Element, seen: range) -> range:
+def _step(root: Element) -> int:
+    """Return how far apart in the film the frames of a task are: more than 1 if it skips some."""
+    filters = (root.findtext(f"{place}/frame_filter") for place in METAS)
+    found = (re.search(r"step\s*=\s*([1-9]\d*)", text) for text in filters if text)
+    return next((int(step[1]) for step in found if step), 1)
+
+
+def _annotated(root: Element, seen: range, step: int) -> range:
     """Return the frames that a task of tracks has; `seen` where it does not tell them."""
     for place in METAS:
         size, first = (_whole(root.findtext(f"{place}/{name}")) for name in ("size", "start_frame"))
         if size:
             if size > MOST_FRAMES:
                 raise FormatError(f"its size is {size} frames, which no film has")
-            step = re.search(r"step\s*=\s*([1-9]\d*)", root.findtext(f"{place}/frame_filter") or "")
-            every = int(step[1]) if step else 1
-            if place == "meta/job" and every > 1:  # its first frame counts in steps from another
+            if place == "meta/job" and step > 1:  # its first frame counts in steps from another
                 return range(0)
-            return range(first or 0, (first or 0) + size * every, every)
+            return range(first or 0, (first or 0) + size * step, step)
     if len(seen) > MOST_FRAMES:
         raise FormatError(f"it has {len(seen)} frames, which no film has")
     return seen
@@ -273,7 +280,7 @@ HOLDERS = ("track", "image", "skeleton")
 SHAPES = ("box", "ellipse", "polygon", "polyline", "points", "mask")
 
 
-def _read_track(track: Element, identity: int, label: str | None) -> Iterator[Track]:
+def _read_track(track: Element, identity: int, label: str | None, step: int) -> Iterator[Track]:
     shapes = [shape for shape in track if shape.tag in SHAPES]
     shapes.sort(key=_frame)
     for shape, following in zip(shapes, [*shapes, None][1:], strict=True):
@@ -286,7 +293,7 @@ def _read_track(track: Element, identity: int, label: str | None) -> Iterator[Tr
             continue
         until = _frame(following)
         end = _row(following, until, identity, label).ellipse
-        for between in frames_between(frame, until):
+        for between in frames_between(frame, until)[step - 1 :: step]:
             place = _between(row.ellipse, end, (between - frame) / (until - frame))
             yield structs.replace(row, frame=between, ellipse=place, keyframe=False)
 
