@@ -48,7 +48,8 @@ def write(recorded: Recording, keyframe_error: float = KEYFRAME_ERROR) -> Iterat
     CVAT reads the boxes that are keyframes and interpolates between them; these are as few as keep
     every side of the interpolated boxes within `keyframe_error` pixels of the rows. In the first
     frame without the object, a box marked `outside` ends the track; otherwise CVAT would continue
-    to draw it. Raises a FormatError if a box has no identity.
+    to draw it. Frames that a stride has skipped are none of the task. Raises a FormatError if a box
+    has no identity.
     """
     from xml.sax.saxutils import escape  # which imports all that talks over networks
 
@@ -71,8 +72,7 @@ def write(recorded: Recording, keyframe_error: float = KEYFRAME_ERROR) -> Iterat
   <version>1.1</version>
   <meta>
     <task>
-      <size>{end}</size>
-      <mode>interpolation</mode>
+{_frames_of_task(recorded, end)}
       <labels>
 {labels}
       </labels>
@@ -83,40 +83,59 @@ def write(recorded: Recording, keyframe_error: float = KEYFRAME_ERROR) -> Iterat
     </task>
   </meta>
 """.encode()
+    after = recorded.following()
     for identity, (first, last) in spans.items():
-        yield from _track(recorded, identity, classes[identity], first, last, keyframe_error)
+        part = replace(recorded, frames=recorded.frames[first : last + 1])
+        yield from _track(part, identity, classes[identity], after, end, keyframe_error)
     yield b"</annotations>\n"
 
 
+def _frames_of_task(recorded: Recording, end: int) -> str:
+    """Return the lines on the frames of the task, which ends before the frame `end`."""
+    mode = "      <mode>interpolation</mode>"
+    if recorded.stride <= 1:
+        return f"      <size>{end}</size>\n{mode}"
+    seen = range(recorded.frames[0].frame, end, recorded.stride) if end else range(0)
+    return f"""\
+      <size>{len(seen)}</size>
+{mode}
+      <start_frame>{seen.start}</start_frame>
+      <frame_filter>step={seen.step}</frame_filter>"""
+
+
 def _track(
-    recorded: Recording, identity: int, name: str, first: int, last: int, error: float
+    recorded: Recording,
+    identity: int,
+    name: str,
+    after: Mapping[int, int],
+    end: int,
+    error: float,
 ) -> Iterator[bytes]:
-    """Yield the track of an object that is shown from one index of `frames` to another."""
+    """Yield the track of an object; `after` has the frame after each one, if it is before `end`."""
     from xml.sax.saxutils import quoteattr
 
     stretches: list[list[tuple[int, Corners, bool]]] = []
-    ends: list[int] = []  # the frame after each stretch, unless the film ends with it
-    for row in recorded.frames[first : last + 2]:
+    expected: int | None = None
+    for row in recorded:
         here = next((each for each in row.objects if each.identity == identity), None)
         box = None if here is None else visible_box(here, recorded.head)
-        if box is None or here is None:
-            if len(ends) < len(stretches):
-                ends.append(row.frame)
-        else:
-            if len(ends) == len(stretches):
+        if box is not None and here is not None:
+            if row.frame != expected:
                 stretches.append([])
             stretches[-1].append((row.frame, box, here.status is Status.OCCLUDED))
+            expected = after[row.frame]
     if not stretches:
         return
     yield f'  <track id="{identity}" label={quoteattr(name)} source="automatic">\n'.encode()
-    for i, stretch in enumerate(stretches):
+    for stretch in stretches:
         frames, boxes, hidden = (np.array(column) for column in zip(*stretch, strict=True))
         changes = np.concatenate([[True], hidden[1:] != hidden[:-1]])
         keys = keyframes(frames, boxes, changes, error)
         for (frame, box, occluded), key in zip(stretch, keys.tolist(), strict=True):
             yield _box(frame, box, occluded=occluded, keyframe=key)
-        if i < len(ends):
-            yield _box(ends[i], stretch[-1][1], outside=True)
+        last, box, _ = stretch[-1]
+        if after[last] < end:
+            yield _box(after[last], box, outside=True)
     yield b"  </track>\n"
 
 
@@ -186,7 +205,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     ]
     size = _size(root, images)
     found = recording_of(facts, objects, times, size, named, left_out)
-    return replace(found, notes=notes)
+    return replace(found, notes=notes, stride=step)
 
 
 def _frames_of(images: list[Element], known: Mapping[str, int]) -> tuple[list[int], list[str]]:
