@@ -6,6 +6,7 @@ import csv
 import json
 from collections.abc import Iterable
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -144,6 +145,29 @@ def test_an_object_goes_on_through_what_a_stride_skips(go: Tell) -> None:
     for document in ("run.xml", "same.xml"):
         assert 'outside="1"' not in Path(document).read_text()
         assert boxes_back(go, document) == [*range(0, 20, 3)]
+
+
+@pytest.mark.parametrize("source", ["film", "film.mkv"])
+@pytest.mark.parametrize(
+    ("options", "ends"),
+    [("--init BOX", []), ("--init BOX --end 4", [4]), ("--init BOX --stride 2", []),
+     ("--at 0=BOX", []), ("--at 0=BOX --end 4", [4])],
+)  # fmt: skip
+def test_a_track_ends_where_its_film_goes_on(
+    go: Tell, source: str, options: str, ends: list[int]
+) -> None:
+    """CVAT would go on with the last box; and it takes none after the film."""
+    film(range(7))
+    with VideoWriter(Path("film.mkv"), 25) as writer:
+        for _ in range(7):
+            writer.write(np.asarray(Image.open("noise.png").convert("RGB")))
+    line = f"track {source} {options.replace('BOX', '8,6,20,16')}"
+    assert go(f"{line} -o run.xml")[0] == 0
+    assert go(f"{line} -o run.csv")[0] == 0
+    assert go(f"convert run.csv same.xml --video {source}")[0] == 0
+    for document in ("run.xml", "same.xml"):
+        boxes = ElementTree.parse(document).findall("track/box")
+        assert [int(box.attrib["frame"]) for box in boxes if box.get("outside") == "1"] == ends
 
 
 def test_an_object_goes_on_between_keyframes(go: Tell) -> None:

@@ -48,8 +48,8 @@ def write(recorded: Recording, keyframe_error: float = KEYFRAME_ERROR) -> Iterat
     CVAT reads the boxes that are keyframes and interpolates between them; these are as few as keep
     every side of the interpolated boxes within `keyframe_error` pixels of the rows. In the first
     frame without the object, a box marked `outside` ends the track; otherwise CVAT would continue
-    to draw it. Frames that a stride has skipped are none of the task. Raises a FormatError if a box
-    has no identity.
+    to draw it, to the end of the film. CVAT refuses a box that is after that. Frames that a stride
+    has skipped are none of the task. Raises a FormatError if a box has no identity.
     """
     from xml.sax.saxutils import escape  # which imports all that talks over networks
 
@@ -83,7 +83,7 @@ def write(recorded: Recording, keyframe_error: float = KEYFRAME_ERROR) -> Iterat
     </task>
   </meta>
 """.encode()
-    after = recorded.following()
+    after, end = recorded.following(), max(end, recorded.length)
     for identity, (first, last) in spans.items():
         part = replace(recorded, frames=recorded.frames[first : last + 1])
         yield from _track(part, identity, classes[identity], after, end, keyframe_error)

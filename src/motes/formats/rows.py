@@ -69,9 +69,8 @@ def read(path: Path, facts: FilmFacts) -> Recording:
 
 
 def read_journal(path: Path, facts: FilmFacts) -> Recording:
-    """Return the rows of a document whose run was killed; they hold all that is known of it."""
-    del facts
-    found = recording_of_journal(path)
+    """Return the rows of a document whose run was killed, of a film of a length that is known."""
+    found = dataclasses.replace(recording_of_journal(path), length=facts.frames or 0)
     for row in found:
         with at(f"frame {row.frame}"):
             for each in row.objects:
