@@ -15,7 +15,7 @@ from msgspec.structs import replace
 from motes.cli.frame_loop import Moment, Sink
 from motes.cli.messages import log
 from motes.core import interrupts
-from motes.core.errors import ConfigError, FormatError, InputError, counted
+from motes.core.errors import ConfigError, FormatError, InputError, SourceError, counted
 from motes.correction.history import History, history_path, line_count
 from motes.formats.mot import line_of
 from motes.formats.recording import LABEL, Recording
@@ -259,7 +259,7 @@ def _length(film: Source | Film) -> int:
     """Return the number of frames of a whole film, also if a run has ended before; 0 if unknown."""
     if not is_recorded(film.name):
         return 0
-    with suppress(InputError):  # the film is no longer there
+    with suppress(SourceError):  # a camera, or a film that is no longer there
         return len(film.files) or len(Film.quickly(film.name, check=lambda: None).times)
     return 0
 
