@@ -170,6 +170,13 @@ def test_a_track_ends_where_its_film_goes_on(
         assert [int(box.attrib["frame"]) for box in boxes if box.get("outside") == "1"] == ends
 
 
+def test_frames_before_a_run_are_none_of_its_document(go: Tell) -> None:
+    film(range(9))
+    assert go("track film --init 8,6,20,16 --start 4 --end 7 -o run.xml")[0] == 0
+    assert go("convert run.xml labels --video film")[0] == 0
+    assert {path.stem for path in Path("labels/labels").glob("*.txt")} == {"4", "5", "6"}
+
+
 def test_an_object_goes_on_between_keyframes(go: Tell) -> None:
     Path("a.keyframes.csv").write_text("frame,x,y,width,height\n0,9,9,20,20\n7,9,9,20,20\n")
     assert go("convert a.keyframes.csv a.xml --size 320x240")[0] == 0

@@ -48,8 +48,9 @@ def write(recorded: Recording, keyframe_error: float = KEYFRAME_ERROR) -> Iterat
     CVAT reads the boxes that are keyframes and interpolates between them; these are as few as keep
     every side of the interpolated boxes within `keyframe_error` pixels of the rows. In the first
     frame without the object, a box marked `outside` ends the track; otherwise CVAT would continue
-    to draw it, to the end of the film. CVAT refuses a box that is after that. Frames that a stride
-    has skipped are none of the task. Raises a FormatError if a box has no identity.
+    to draw it, to the end of the film. CVAT refuses a box that is after that. Frames before the
+    first one, and those that a stride has skipped, are none of the task. Raises a FormatError if a
+    box has no identity.
     """
     from xml.sax.saxutils import escape  # which imports all that talks over networks
 
@@ -92,15 +93,14 @@ def write(recorded: Recording, keyframe_error: float = KEYFRAME_ERROR) -> Iterat
 
 def _frames_of_task(recorded: Recording, end: int) -> str:
     """Return the lines on the frames of the task, which ends before the frame `end`."""
-    mode = "      <mode>interpolation</mode>"
-    if recorded.stride <= 1:
-        return f"      <size>{end}</size>\n{mode}"
-    seen = range(recorded.frames[0].frame, end, recorded.stride) if end else range(0)
-    return f"""\
-      <size>{len(seen)}</size>
-{mode}
-      <start_frame>{seen.start}</start_frame>
-      <frame_filter>step={seen.step}</frame_filter>"""
+    first = recorded.frames[0].frame if end else 0
+    seen = range(first, end, recorded.stride or 1)
+    lines = [f"<size>{len(seen)}</size>", "<mode>interpolation</mode>"]
+    if seen.start or seen.step > 1:
+        lines.append(f"<start_frame>{seen.start}</start_frame>")
+    if seen.step > 1:
+        lines.append(f"<frame_filter>step={seen.step}</frame_filter>")
+    return "\n".join(f"      {line}" for line in lines)
 
 
 def _track(
