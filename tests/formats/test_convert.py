@@ -6,6 +6,7 @@ import csv
 import json
 from collections.abc import Iterable
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -115,6 +116,71 @@ def test_of_one_target_a_frame_without_a_row_is_not_known(go: Tell) -> None:
     assert go("convert cut.csv a.json --frames 60 --size 320x240")[0] == 0
     images = json.loads(Path("a.json").read_text())["images"]
     assert [each["frame"] for each in images] == [*range(10, 20), *range(25, 40)]
+
+
+def boxes_back(go: Tell, document: str) -> list[int]:
+    """Return the frames of the boxes that are read from a document."""
+    assert go(f"convert {document} back.txt --size 320x240 --frames 60 --overwrite")[0] == 0
+    return [int(line.partition(",")[0]) - 1 for line in Path("back.txt").read_text().splitlines()]
+
+
+@pytest.mark.parametrize("target", ["a.xml", "a.ls.json"])
+@pytest.mark.parametrize("source", ["gap.csv", "gap.txt", "gap.gt.txt", "gap.json"])
+def test_no_box_is_made_up_between_those_of_a_file(go: Tell, source: str, target: str) -> None:
+    frames = [0, 1, 2, 8, 9]
+    lines = [f"{frame},1,{10 + 9 * frame},9,20,20" for frame in frames]
+    Path("gap.csv").write_text("\n".join(["frame,id,left,top,width,height", *lines, ""]))
+    if source != "gap.csv":
+        assert go(f"convert gap.csv {source} --size 320x240")[0] == 0
+    assert go(f"convert {source} {target} --size 320x240 --frames 60")[0] == 0
+    assert boxes_back(go, target) == frames
+
+
+def test_an_object_goes_on_through_what_a_stride_skips(go: Tell) -> None:
+    """What is skipped is not known, and no box is read there."""
+    film(range(20), (320, 240))
+    assert go("track film --init 8,6,10,8 --stride 3 -o run.csv")[0] == 0
+    assert go("track film --init 8,6,10,8 --stride 3 -o run.xml")[0] == 0
+    assert go("convert run.csv same.xml")[0] == 0
+    for document in ("run.xml", "same.xml"):
+        assert 'outside="1"' not in Path(document).read_text()
+        assert boxes_back(go, document) == [*range(0, 20, 3)]
+
+
+@pytest.mark.parametrize("source", ["film", "film.mkv"])
+@pytest.mark.parametrize(
+    ("options", "ends"),
+    [("--init BOX", []), ("--init BOX --end 4", [4]), ("--init BOX --stride 2", []),
+     ("--at 0=BOX", []), ("--at 0=BOX --end 4", [4])],
+)  # fmt: skip
+def test_a_track_ends_where_its_film_goes_on(
+    go: Tell, source: str, options: str, ends: list[int]
+) -> None:
+    """CVAT would go on with the last box; and it takes none after the film."""
+    film(range(7))
+    with VideoWriter(Path("film.mkv"), 25) as writer:
+        for _ in range(7):
+            writer.write(np.asarray(Image.open("noise.png").convert("RGB")))
+    line = f"track {source} {options.replace('BOX', '8,6,20,16')}"
+    assert go(f"{line} -o run.xml")[0] == 0
+    assert go(f"{line} -o run.csv")[0] == 0
+    assert go(f"convert run.csv same.xml --video {source}")[0] == 0
+    for document in ("run.xml", "same.xml"):
+        boxes = ElementTree.parse(document).findall("track/box")
+        assert [int(box.attrib["frame"]) for box in boxes if box.get("outside") == "1"] == ends
+
+
+def test_frames_before_a_run_are_none_of_its_document(go: Tell) -> None:
+    film(range(9))
+    assert go("track film --init 8,6,20,16 --start 4 --end 7 -o run.xml")[0] == 0
+    assert go("convert run.xml labels --video film")[0] == 0
+    assert {path.stem for path in Path("labels/labels").glob("*.txt")} == {"4", "5", "6"}
+
+
+def test_an_object_goes_on_between_keyframes(go: Tell) -> None:
+    Path("a.keyframes.csv").write_text("frame,x,y,width,height\n0,9,9,20,20\n7,9,9,20,20\n")
+    assert go("convert a.keyframes.csv a.xml --size 320x240")[0] == 0
+    assert boxes_back(go, "a.xml") == [*range(8)]
 
 
 def test_two_images_of_one_name_have_no_labels(go: Tell) -> None:

@@ -26,6 +26,7 @@ from motes.formats.rows import recording_of_journal
 from motes.rows.schema import FrameRow, Header
 from motes.rows.writer import JournalWriter
 from motes.synthetic.clips import crowd
+from motes.video.writer import VideoWriter
 
 FRAMES = 12
 BOX = "--init 60,40,20,30 --preset mean_shift"
@@ -67,6 +68,23 @@ def test_a_run_leaves_out_frames_in_which_the_target_is_searched_for(
         "a.yolo without 1 frame in which a target is lost or searched for"
     )
     assert {path.stem for path in (tmp_path / "a.yolo/labels").glob("*.txt")} == {"0", "2"}
+
+
+def test_how_long_a_film_goes_on_may_not_be_known(tmp_path: Path) -> None:
+    """As of a camera, or of a film that is gone when its run ends: its track stays open."""
+    path = tmp_path / "film.mkv"
+    with VideoWriter(path, 25) as writer:
+        for frame, _ in crowd((200, 160), (20, 30), 3):
+            writer.write(frame.pixels)
+    for gone in (False, True):
+        with open_source(path, end=1) as source:
+            document = tmp_path / f"{gone}.xml"
+            output = DocumentOutput(str(document), "cvat", source, "object", False, None)
+            output.add(FrameRow(0, 0.0, (Track(0, 0.0, Ellipse(50, 40, 8, 6, 0), identity=1),)))
+            if gone:
+                path.unlink()
+            output.__exit__(None, None, None)
+        assert document.read_text().count('outside="1"') == (not gone)
 
 
 @pytest.mark.parametrize("label", ["", " ", "a\nb", "a\x01b", "\ud800"])

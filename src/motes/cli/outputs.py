@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import os
 import shlex
@@ -14,7 +15,7 @@ from msgspec.structs import replace
 from motes.cli.frame_loop import Moment, Sink
 from motes.cli.messages import log
 from motes.core import interrupts
-from motes.core.errors import ConfigError, FormatError, InputError, counted
+from motes.core.errors import ConfigError, FormatError, InputError, SourceError, counted
 from motes.correction.history import History, history_path, line_count
 from motes.formats.mot import line_of
 from motes.formats.recording import LABEL, Recording
@@ -26,7 +27,7 @@ from motes.mot.analytics.event import Event
 from motes.rows.schema import FrameRow, Header, journal_of, text_name
 from motes.rows.writer import JournalWriter, Lines, TrackWriter, check_writable
 from motes.video.film import Film
-from motes.video.sources import Source
+from motes.video.sources import Source, is_recorded
 
 STREAMED = ("csv", "jsonl", "mot")
 """Formats that grow row by row; all others are made at the end."""
@@ -242,6 +243,8 @@ class DocumentOutput(Sink):
             return
         try:
             kept = recording_of_journal(self.rows)
+            if FORMATS.resolve(self._form).thinned:  # whose tools go on after the last keyframe
+                kept = dataclasses.replace(kept, length=_length(self._film))
             self._written = write_format(
                 self.path, self._form, kept, self._keyframe_error, guesses=self._guesses
             )
@@ -250,6 +253,15 @@ class DocumentOutput(Sink):
         self._done = True
         self.rows.unlink(missing_ok=True)
         say_how_to_train(self.path, self._form, kept)
+
+
+def _length(film: Source | Film) -> int:
+    """Return the number of frames of a whole film, also if a run has ended before; 0 if unknown."""
+    if not is_recorded(film.name):
+        return 0
+    with suppress(SourceError):  # a camera, or a film that is no longer there
+        return len(film.files) or len(Film.quickly(film.name, check=lambda: None).times)
+    return 0
 
 
 def unseen(written: Written) -> str:

@@ -30,6 +30,7 @@ from motes.formats.recording import (
     placed,
     recording_of,
     sound,
+    stride_of,
 )
 from motes.formats.regions import MAX_FRAME, region_of_corners
 from motes.formats.text import angle, at, read_json
@@ -216,7 +217,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     }  # fmt: skip
     left_out = [text.format(counted(*number)) for text, number in others.items() if number[0]]
     found = recording_of(facts, objects, times, size, files, left_out)
-    return replace(found, notes=notes)
+    return replace(found, notes=notes, stride=stride_of(sorted(times)))
 
 
 def _check_once(what: str, ids: Sequence[int]) -> None:

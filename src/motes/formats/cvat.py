@@ -48,7 +48,9 @@ def write(recorded: Recording, keyframe_error: float = KEYFRAME_ERROR) -> Iterat
     CVAT reads the boxes that are keyframes and interpolates between them; these are as few as keep
     every side of the interpolated boxes within `keyframe_error` pixels of the rows. In the first
     frame without the object, a box marked `outside` ends the track; otherwise CVAT would continue
-    to draw it. Raises a FormatError if a box has no identity.
+    to draw it, to the end of the film. CVAT refuses a box that is after that. Frames before the
+    first one, and those that a stride has skipped, are none of the task. Raises a FormatError if a
+    box has no identity.
     """
     from xml.sax.saxutils import escape  # which imports all that talks over networks
 
@@ -71,8 +73,7 @@ def write(recorded: Recording, keyframe_error: float = KEYFRAME_ERROR) -> Iterat
   <version>1.1</version>
   <meta>
     <task>
-      <size>{end}</size>
-      <mode>interpolation</mode>
+{_frames_of_task(recorded, end)}
       <labels>
 {labels}
       </labels>
@@ -83,40 +84,58 @@ def write(recorded: Recording, keyframe_error: float = KEYFRAME_ERROR) -> Iterat
     </task>
   </meta>
 """.encode()
+    after, end = recorded.following(), max(end, recorded.length)
     for identity, (first, last) in spans.items():
-        yield from _track(recorded, identity, classes[identity], first, last, keyframe_error)
+        part = replace(recorded, frames=recorded.frames[first : last + 1])
+        yield from _track(part, identity, classes[identity], after, end, keyframe_error)
     yield b"</annotations>\n"
 
 
+def _frames_of_task(recorded: Recording, end: int) -> str:
+    """Return the lines on the frames of the task, which ends before the frame `end`."""
+    first = recorded.frames[0].frame if end else 0
+    seen = range(first, end, recorded.stride or 1)
+    lines = [f"<size>{len(seen)}</size>", "<mode>interpolation</mode>"]
+    if seen.start or seen.step > 1:
+        lines.append(f"<start_frame>{seen.start}</start_frame>")
+    if seen.step > 1:
+        lines.append(f"<frame_filter>step={seen.step}</frame_filter>")
+    return "\n".join(f"      {line}" for line in lines)
+
+
 def _track(
-    recorded: Recording, identity: int, name: str, first: int, last: int, error: float
+    recorded: Recording,
+    identity: int,
+    name: str,
+    after: Mapping[int, int],
+    end: int,
+    error: float,
 ) -> Iterator[bytes]:
-    """Yield the track of an object that is shown from one index of `frames` to another."""
+    """Yield the track of an object; `after` has the frame after each one, if it is before `end`."""
     from xml.sax.saxutils import quoteattr
 
     stretches: list[list[tuple[int, Corners, bool]]] = []
-    ends: list[int] = []  # the frame after each stretch, unless the film ends with it
-    for row in recorded.frames[first : last + 2]:
+    expected: int | None = None
+    for row in recorded:
         here = next((each for each in row.objects if each.identity == identity), None)
         box = None if here is None else visible_box(here, recorded.head)
-        if box is None or here is None:
-            if len(ends) < len(stretches):
-                ends.append(row.frame)
-        else:
-            if len(ends) == len(stretches):
+        if box is not None and here is not None:
+            if row.frame != expected:
                 stretches.append([])
             stretches[-1].append((row.frame, box, here.status is Status.OCCLUDED))
+            expected = after[row.frame]
     if not stretches:
         return
     yield f'  <track id="{identity}" label={quoteattr(name)} source="automatic">\n'.encode()
-    for i, stretch in enumerate(stretches):
+    for stretch in stretches:
         frames, boxes, hidden = (np.array(column) for column in zip(*stretch, strict=True))
         changes = np.concatenate([[True], hidden[1:] != hidden[:-1]])
         keys = keyframes(frames, boxes, changes, error)
         for (frame, box, occluded), key in zip(stretch, keys.tolist(), strict=True):
             yield _box(frame, box, occluded=occluded, keyframe=key)
-        if i < len(ends):
-            yield _box(ends[i], stretch[-1][1], outside=True)
+        last, box, _ = stretch[-1]
+        if after[last] < end:
+            yield _box(after[last], box, outside=True)
     yield b"  </track>\n"
 
 
@@ -139,8 +158,9 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     """Return the tracks, and the shapes of single images, of a CVAT document.
 
     Frames of a track between its keyframes are interpolated as in CVAT, also where the document
-    leaves them out. Boxes and ellipses may be rotated; of other shapes the box is taken. Shapes of
-    single images have no identity. Skeletons, cuboids and tags are left out.
+    leaves them out, but for those that the task skips. Boxes and ellipses may be rotated; of other
+    shapes the box is taken. Shapes of single images have no identity. Skeletons, cuboids and tags
+    are left out.
     """
     from xml.etree import ElementTree
 
@@ -155,14 +175,14 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     if any(each.tag in SHAPES for part in root.iter() if part.tag not in HOLDERS for each in part):
         raise FormatError("it has a shape that is in no track and in no image")
     _check_one_task(root, [*tracks, *images])
-    ids = set[int]()
+    ids, step = set[int](), _step(root)
     for place, track in enumerate(tracks):
         with at(f"track {track.get('id', place)}"):
             identity = whole(track.get("id", str(place)))
             if identity < 0 or identity in ids:
                 raise ValueError("its id is negative, or that of another track")
             ids.add(identity)
-            objects += _read_track(track, identity, _label(track, facts))
+            objects += _read_track(track, identity, _label(track, facts), step)
     frames, notes = _frames_of(images, images_of(facts))
     files = dict[int, str]()
     for image, frame in zip(images, frames, strict=True):
@@ -176,7 +196,8 @@ def read(path: Path, facts: FilmFacts) -> Recording:
                 if shape.tag in SHAPES
             ]
     last = max((each.frame for each in objects), default=-1)
-    times = dict.fromkeys(files if images and not tracks else _annotated(root, facts.seen(last)))
+    seen = files if images and not tracks else _annotated(root, facts.seen(last), step)
+    times = dict.fromkeys(seen)
     named = {frame: name for frame, name in files.items() if name}
     others = Counter(each.tag for part in (*tracks, *images) for each in part)
     left_out = [
@@ -184,7 +205,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     ]
     size = _size(root, images)
     found = recording_of(facts, objects, times, size, named, left_out)
-    return replace(found, notes=notes)
+    return replace(found, notes=notes, stride=step)
 
 
 def _frames_of(images: list[Element], known: Mapping[str, int]) -> tuple[list[int], list[str]]:
@@ -221,18 +242,23 @@ def _frames_of(images: list[Element], known: Mapping[str, int]) -> tuple[list[in
     ] * (len(steps) > 1)
 
 
-def _annotated(root: Element, seen: range) -> range:
+def _step(root: Element) -> int:
+    """Return how far apart in the film the frames of a task are: more than 1 if it skips some."""
+    filters = (root.findtext(f"{place}/frame_filter") for place in METAS)
+    found = (re.search(r"step\s*=\s*([1-9]\d*)", text) for text in filters if text)
+    return next((int(step[1]) for step in found if step), 1)
+
+
+def _annotated(root: Element, seen: range, step: int) -> range:
     """Return the frames that a task of tracks has; `seen` where it does not tell them."""
     for place in METAS:
         size, first = (_whole(root.findtext(f"{place}/{name}")) for name in ("size", "start_frame"))
         if size:
             if size > MOST_FRAMES:
                 raise FormatError(f"its size is {size} frames, which no film has")
-            step = re.search(r"step\s*=\s*([1-9]\d*)", root.findtext(f"{place}/frame_filter") or "")
-            every = int(step[1]) if step else 1
-            if place == "meta/job" and every > 1:  # its first frame counts in steps from another
+            if place == "meta/job" and step > 1:  # its first frame counts in steps from another
                 return range(0)
-            return range(first or 0, (first or 0) + size * every, every)
+            return range(first or 0, (first or 0) + size * step, step)
     if len(seen) > MOST_FRAMES:
         raise FormatError(f"it has {len(seen)} frames, which no film has")
     return seen
@@ -273,7 +299,7 @@ HOLDERS = ("track", "image", "skeleton")
 SHAPES = ("box", "ellipse", "polygon", "polyline", "points", "mask")
 
 
-def _read_track(track: Element, identity: int, label: str | None) -> Iterator[Track]:
+def _read_track(track: Element, identity: int, label: str | None, step: int) -> Iterator[Track]:
     shapes = [shape for shape in track if shape.tag in SHAPES]
     shapes.sort(key=_frame)
     for shape, following in zip(shapes, [*shapes, None][1:], strict=True):
@@ -286,7 +312,7 @@ def _read_track(track: Element, identity: int, label: str | None) -> Iterator[Tr
             continue
         until = _frame(following)
         end = _row(following, until, identity, label).ellipse
-        for between in frames_between(frame, until):
+        for between in frames_between(frame, until)[step - 1 :: step]:
             place = _between(row.ellipse, end, (between - frame) / (until - frame))
             yield structs.replace(row, frame=between, ellipse=place, keyframe=False)
 

@@ -8,6 +8,7 @@ pixels count from 0.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -73,7 +74,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
         with at(f"frame {frame}"):
             if region is not None:
                 objects.append(sound(placed(frame, region)))
-    return recording_of(facts, objects, dict.fromkeys(marks))
+    return replace(recording_of(facts, objects, dict.fromkeys(marks)), stride=0)
 
 
 def _absent(first: int, last: int) -> bytes:

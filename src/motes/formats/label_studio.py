@@ -10,7 +10,6 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -78,8 +77,7 @@ def _regions(recorded: Recording, keyframe_error: float) -> list[dict[str, Any]]
                 place = (row.frame, row.time, box, each.confidence)
                 places.setdefault(each.identity, []).append(place)
     check_identities(places, "Label Studio")
-    listed = [row.frame for row in recorded]
-    following = dict(pairwise(listed))
+    after = recorded.following()
     return [
         {
             "id": f"motes-{identity}",
@@ -92,7 +90,7 @@ def _regions(recorded: Recording, keyframe_error: float) -> list[dict[str, Any]]
                 "framesCount": count,
                 "duration": round(count * seconds, 6),
                 "labels": [classes[identity]],
-                "sequence": _sequence(here, following, keyframe_error, head.width, head.height),
+                "sequence": _sequence(here, after, keyframe_error, head.width, head.height),
             },
         }
         for identity, here in places.items()
@@ -101,7 +99,7 @@ def _regions(recorded: Recording, keyframe_error: float) -> list[dict[str, Any]]
 
 def _sequence(
     here: list[tuple[int, float, Corners, float]],
-    following: dict[int, int],
+    after: dict[int, int],
     error: float,
     width: int,
     height: int,
@@ -109,8 +107,7 @@ def _sequence(
     """Return the keyframes of an object; its line ends where `enabled` is false."""
     frames = [frame for frame, *_ in here]
     last = [
-        following.get(frame, frame + 1) != after
-        for frame, after in zip(frames, [*frames[1:], -1], strict=True)
+        after[frame] != further for frame, further in zip(frames, [*frames[1:], None], strict=True)
     ]
     first = [True, *last[:-1]]
     forced = np.array(last) | np.array(first)

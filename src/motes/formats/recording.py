@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from msgspec import structs
@@ -33,6 +34,8 @@ class Recording:
     few words; `assumed` is whether times are those of 25 frames a second, as no rate is known.
     `length` is the film's number of frames, 0 if unknown; `told` is whether nothing is in those
     that the file does not name; `single` is whether it is of one target, by its format.
+    `stride` is that of the run or task, which skips the frames in between; 0 if the frames are
+    keyframes, so that objects go on between them.
     """
 
     head: Header
@@ -43,9 +46,20 @@ class Recording:
     length: int = 0
     told: bool = False
     single: bool = False
+    stride: int = 1
 
     def __iter__(self) -> Iterator[FrameRow]:
         return iter(self.frames)
+
+    def following(self) -> dict[int, int]:
+        """Return for each frame the next one; an object that is not there does not go on.
+
+        It may be one that `frames` lacks, but none that a stride skips or between keyframes.
+        """
+        frames = [row.frame for row in self]
+        ahead = self.stride or MAX_FRAME
+        after = {one: min(two, one + ahead) for one, two in pairwise(frames)}
+        return after | {frame: frame + (self.stride or 1) for frame in frames[-1:]}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -178,6 +192,11 @@ def recording_of(
         length=facts.frames or 0,
         told=bool(told),
     )
+
+
+def stride_of(frames: Sequence[int]) -> int:
+    """Return the stride of frames in order, which are all that somebody has looked at."""
+    return math.gcd(*(two - one for one, two in pairwise(frames))) or 1
 
 
 def _rate(known: Mapping[int, float]) -> float | None:

@@ -5,6 +5,7 @@ Rows of others may lack the ellipse, if they have a box, and all else but the fr
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -15,7 +16,7 @@ import msgspec
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.geometry import check_angle
 from motes.core.track import BOX, COLUMNS, ELLIPSE, Status, Track
-from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, recording_of, sound
+from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, recording_of, sound, stride_of
 from motes.formats.text import at, whole
 from motes.formats.visibility import SHOWN
 from motes.rows.reader import read_track
@@ -68,9 +69,8 @@ def read(path: Path, facts: FilmFacts) -> Recording:
 
 
 def read_journal(path: Path, facts: FilmFacts) -> Recording:
-    """Return the rows of a document whose run was killed; they hold all that is known of it."""
-    del facts
-    found = recording_of_journal(path)
+    """Return the rows of a document whose run was killed, of a film of a length that is known."""
+    found = dataclasses.replace(recording_of_journal(path), length=facts.frames or 0)
     for row in found:
         with at(f"frame {row.frame}"):
             for each in row.objects:
@@ -108,7 +108,7 @@ def recording_of_journal(path: Path) -> Recording:
             f"{path} does not hold the rows of a document of this version of motes; they are in a "
             f"file NAME{ENDING}."
         ) from None
-    return Recording(first, frames, left_out)
+    return Recording(first, frames, left_out, stride=stride_of([row.frame for row in frames]))
 
 
 def recording_of_rows(
@@ -147,7 +147,8 @@ def recording_of_rows(
                     turned.add(each.identity)
                 objects.append(each)
     told = facts.run or range(0)
-    return recording_of(facts, objects, times, left_out=left_out, searched=searched, told=told)
+    found = recording_of(facts, objects, times, left_out=left_out, searched=searched, told=told)
+    return found if facts.run is None else dataclasses.replace(found, stride=facts.run.step)
 
 
 def _object(row: Mapping[str, Any], place: Sequence[str], *, rated: bool) -> Track | None:

@@ -145,7 +145,9 @@ def _write(
     if files:
         rows = [replace(row, file=files[row.frame]) for row in rows]
     signs = _Signs(rows, place.check)
-    recording = Recording(Header(film.name, film.width, film.height, label), signs)
+    length = film.frames if known.thinned else 0  # tools go on after the last keyframe
+    head = Header(film.name, film.width, film.height, label)
+    recording = Recording(head, signs, length=length)
     with tempfile.TemporaryDirectory() as folder:
         made = Path(folder) / "file" if known.folder else Path(path)
         try:
