@@ -11,7 +11,7 @@ from msgspec import structs
 
 from motes.core.errors import FormatError
 from motes.core.frame import FRAME_INTERVAL
-from motes.core.geometry import FARTHEST, Ellipse
+from motes.core.geometry import FARTHEST, Box, Ellipse
 from motes.core.labels import check_label
 from motes.core.track import Status, Track
 from motes.formats.regions import MAX_FRAME
@@ -209,11 +209,15 @@ def placed(
     confidence: float = 1.0,
     status: Status = Status.TRACKING,
     label: str | None = None,
+    bounds: Box | None = None,
 ) -> Track:
-    """Return an object in a frame whose time `recording_of` adds."""
+    """Return an object in a frame whose time `recording_of` adds.
+
+    `bounds` is the upright box around it, if it is another than that around its ellipse.
+    """
     return Track(
         frame, math.nan, ellipse, confidence=confidence, status=status, identity=identity,
-        label=label,
+        label=label, bounds=bounds,
     )  # fmt: skip
 
 

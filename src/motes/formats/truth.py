@@ -21,7 +21,7 @@ from typing import Literal
 
 from motes.core.errors import FormatError
 from motes.core.files import check_ended, read_text
-from motes.core.geometry import Ellipse
+from motes.core.geometry import Box, Ellipse
 from motes.core.track import Track
 from motes.formats.recording import FilmFacts, Recording, placed, recording_of, sound
 from motes.formats.regions import ABSENT, read_regions
@@ -107,5 +107,7 @@ def read(kind: Kind, path: Path, facts: FilmFacts) -> Recording:
         if region is not ABSENT and not absent[frame]:
             x, y, *rest = region.ellipse
             ellipse = Ellipse(x - first, y - first, *rest)
-            objects.append(sound(placed(frame, ellipse)))
+            x, y, *sides = region.box
+            bounds = Box(x - first, y - first, *sides)
+            objects.append(sound(placed(frame, ellipse, bounds=bounds)))
     return replace(recording_of(facts, objects, dict.fromkeys(range(len(regions)))), single=True)
