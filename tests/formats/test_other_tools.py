@@ -262,6 +262,14 @@ def test_a_turned_rectangle_is_whole_in_its_upright_box(
     assert shares == pytest.approx([200 / 320, 100 / 240, long / 320, long / 240], abs=1e-4)
 
 
+def test_a_mask_of_vot_has_the_box_of_its_pixels(tmp_path: Path) -> None:
+    path = tmp_path / "groundtruth.txt"
+    path.write_text("m10,20,5,4,0,20\nm10,20,5,4,6,2,12\n")
+    found = registry.read(path, "vot", FILM)
+    assert [row.objects[0].box for row in found] == [(10, 20, 5, 4), (11, 21, 2, 1)]
+    assert found.left_out == ["the pixels of 2 masks, but for box and ellipse"]
+
+
 def test_a_turned_ellipse_has_the_box_around_itself(tmp_path: Path) -> None:
     shape = '<ellipse frame="0" cx="200" cy="100" rx="20" ry="10" rotation="45"/>'
     found = registry.read(cvat(tmp_path, TASK, track(0, shape=shape)), "cvat", FILM)
