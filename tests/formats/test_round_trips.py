@@ -178,6 +178,7 @@ def test_what_a_format_cannot_hold() -> None:
     assert registry.lost(present, "csv", "otb") == ["angles", "confidences", "times"]
     assert registry.lost(present, "csv", "parquet") == []
     assert registry.lost(aspects(crowd()), "coco", "mot") == ["hidden objects", "times"]
+    assert registry.lost({"angles", "identities", "times"}, "cvat", "cvat") == ["angles"]
 
 
 def test_keyframes_are_few_and_interpolation_is_near(tmp_path: Path) -> None:
