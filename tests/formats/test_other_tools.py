@@ -381,6 +381,7 @@ def _yolo(names: str, **texts: str) -> Any:
 @pytest.mark.parametrize(
     ("made", "reason"),
     [
+        (_yolo("", n_1=LINE, m_11=LINE, m_12=LINE), "several films, by their names, as m and n"),
         (_task(annotations=[SEEN, SEEN]), "2 annotations, as of several people"),
         (_task(annotations=[CANCELLED], predictions=[SEEN]), "annotations are cancelled"),
         (_task(annotations=[{"result": [region(25, 40)]}]), "a film of 40 frames"),

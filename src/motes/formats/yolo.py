@@ -92,7 +92,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     from_one = not images and not (path / f"{stem}_0.txt").exists()
     theirs = re.compile(rf"(?!frame_\d{{6}}){re.escape(stem)}_[1-9]\d*")
     left_out: list[str] = []
-    objects, lines, times, ended = [], [], dict[int, None](), dict[bool, str]()
+    objects, lines, stems, ended = [], [], dict[int, str](), dict[bool, str]()
     for file in sorted(path.glob("*.txt")):
         if not file.is_file():
             raise FormatError(f"{file.name} is not a file")
@@ -104,9 +104,9 @@ def read(path: Path, facts: FilmFacts) -> Recording:
             if file.name != CLASSES:
                 left_out.append(f"{file.name}, whose name has no number of a frame")
             continue
-        if frame in times:
+        if frame in stems:
             raise FormatError(f"{file.name}: another file is of frame {frame} too")
-        times[frame] = None
+        stems[frame] = file.stem
         text = read_text(file, FormatError)
         if text.strip():
             ended.setdefault(text.endswith("\n"), file.name)
@@ -124,10 +124,11 @@ def read(path: Path, facts: FilmFacts) -> Recording:
             f"{ended[False]}: its last line has no end, unlike those of other texts, so it may be "
             f"cut off there; if it is whole, end the line"
         )
-    if not times:
+    if not stems:
         raise FormatError("it has no labels; they are texts with the number of a frame, .txt")
-    notes = note_on_names((file.stem for file in path.glob("*.txt") if file.name != CLASSES), facts)
-    return replace(recording_of(facts, objects, times, left_out=left_out), notes=notes)
+    notes = note_on_names(stems.values(), facts)
+    found = recording_of(facts, objects, dict.fromkeys(stems), left_out=left_out)
+    return replace(found, notes=notes)
 
 
 def _row(
