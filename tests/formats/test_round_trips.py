@@ -398,16 +398,29 @@ def test_labels_of_ultralytics_count_from_one(
     [
         (("0.9", "1", "0"), [(-1, 0.9), (-1, 1), (-1, 0)]),
         (("1", "12", ""), [(1, 1), (12, 1), (-1, 1)]),
+        (("1", "1", ""), [(1, 1), (1, 1), (-1, 1)]),
+        (("0", "1", "1"), [(0, 1), (1, 1), (1, 1)]),
+        (("0", "0", "0"), [(-1, 0), (-1, 0), (-1, 0)]),
+        (("1.0", "1.0", "1.0"), [(-1, 1), (-1, 1), (-1, 1)]),
         (("0.5 1", "0.25 12", "0.75"), [(1, 0.5), (12, 0.25), (-1, 0.75)]),
     ],
 )
-def test_a_sixth_number_of_yolo_is_an_identity_where_one_is_above_1(
+def test_a_sixth_number_of_yolo_is_an_identity_where_all_are_whole(
     lines: tuple[str, ...], found: list[tuple[int, float]], tmp_path: Path
 ) -> None:
     for frame, line in enumerate(lines):
         (tmp_path / f"{frame}.txt").write_text(f"0 0.5 0.5 0.1 0.1 {line}\n")
     recorded = registry.read(tmp_path, "yolo", FilmFacts(width=320, height=240))
     assert [(each.identity, each.confidence) for row in recorded for each in row.objects] == found
+    taken = "identities" if found[0][0] >= 0 else "confidences"
+    said = [f"the sixth numbers of its lines, 0 or 1, are read as {taken}."]
+    assert [*recorded.notes] == said * ({*lines} <= {"0", "1", ""})
+
+
+def test_a_sixth_number_that_a_frame_has_twice_is_a_confidence(tmp_path: Path) -> None:
+    (tmp_path / "3.txt").write_text("0 0.5 0.5 0.1 0.1 1\n0 0.2 0.2 0.1 0.1 1\n")
+    (row,) = registry.read(tmp_path, "yolo", FilmFacts(width=320, height=240))
+    assert [each.identity for each in row.objects] == [-1, -1]
 
 
 CVAT_BOX = '<box frame="{}" xtl="1" ytl="1" xbr="9" ybr="9" outside="0"/>'
