@@ -229,6 +229,20 @@ def test_times_are_those_of_a_film_of_a_varying_rate(
     assert [facts.time(frame) for frame in (1, 5, 7)] == pytest.approx([0.02, 0.18, 0.22])
 
 
+def test_times_after_the_end_of_the_film_are_refused(go: Tell) -> None:
+    with VideoWriter(Path("film.mkv"), 25) as writer:
+        for frame in range(10):
+            writer.write(np.zeros((48, 64, 3), np.uint8), frame / 25)
+    rows = ["0,0", "9,0.36", "9,1.3", "9,360"]  # the last one is in milliseconds
+    for row, code in zip(rows, (0, 0, 0, 3), strict=True):
+        Path("a.csv").write_text(f"frame,time,left,top,width,height\n{row},9,9,20,20\n")
+        found, said = go("convert a.csv b.csv --video film.mkv --overwrite")
+        assert found == code, said
+    assert "a.csv has times up to 360, in seconds, but the film's last frame is at 0.36;" in said
+    film(range(10))  # of which no times are known
+    assert go("convert a.csv c.csv --video film")[0] == 0
+
+
 def test_what_is_remembered_beside_other_rows_is_not_replaced_unasked(go: Tell) -> None:
     film(range(3))
     assert go("track film --init 20,10,16,20 --preset nummiaro -o a.csv")[0] == 0

@@ -63,6 +63,8 @@ class FilmFacts:
     """Its frames per second; None if unknown."""
     times: Sequence[float] = ()
     """The times of its frames in seconds; none where they follow from `fps`."""
+    end: float | None = None
+    """The time of its last frame in seconds; None if unknown, as where its rate is assumed."""
     label: str = LABEL
     """The class of objects without one."""
     files: Sequence[str] = ()
