@@ -342,6 +342,7 @@ def test_identities_from_0_and_names_of_classes_beside_the_truth(
         return
     found = registry.read(path, "mot-truth", FACTS)
     assert {each.identity: each.label for each in found.frames[0].objects} == classes
+    assert ["first pixel is read as 1" in note for note in found.notes] == [True] * bool(names)
     again = round_trip(found, "coco", tmp_path)
     assert {each.identity for each in again.frames[0].objects} == {0, 1, 2}
 
