@@ -50,6 +50,12 @@ def test_formats_are_recognized_and_losses_are_named(go: Tell) -> None:
     assert "with the 1 frame in first.csv." in go("convert first.csv first.txt")[1]
     code, said = go("convert two.json gt.txt")
     assert (code, "mot-truth does not hold confidences, times" in said) == (0, True)
+    assert "has no class" not in said  # it has one for a car
+    lines = "0,1,cup,1,1,9,9\n0,2,Person,1,1,9,9\n0,3,bus,1,1,9,9\n"
+    Path("own.csv").write_text("frame,id,label,left,top,width,height\n" + lines)
+    for form in ("mot", "mot-truth"):
+        code, said = go(f"convert own.csv own.txt --to {form} --overwrite")
+        assert f"{form} has no class 'bus', 'cup'; it writes -1." in said
     code, said = go("convert one.csv one.jsonl")
     assert (code, "does not hold" in said) == (0, False)
     assert go("convert one.csv a.txt --to vot")[0] == 0

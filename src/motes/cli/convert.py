@@ -168,6 +168,10 @@ def convert(
     say_how_to_train(target, form, recorded)
     if lost := registry.lost(aspects(recorded), source, form):
         log(f"{form} does not hold {', '.join(lost)}; {rows} has them.")
+    if form in ("mot", "mot-truth") and (others := mot.numberless(recorded)):
+        more = f" and {len(others) - SAID} more" * (len(others) > SAID)
+        named = ", ".join(map(repr, others[:SAID]))
+        log(f"{form} has no class {named}{more}; it writes -1.")
     return DONE
 
 

@@ -91,6 +91,12 @@ def number_of(label: str | None) -> int:
     return CLASSES.get(SYNONYMS.get(name, name), UNKNOWN)
 
 
+def numberless(recorded: Recording) -> list[str]:
+    """Return the classes that have no number in the MOTChallenge, so that they become -1."""
+    labels = {each.label for row in recorded for each in row.objects if each.label is not None}
+    return sorted(label for label in labels if number_of(label) == UNKNOWN)
+
+
 def read(kind: Kind, path: Path, facts: FilmFacts) -> Recording:
     """Return the objects of a file.
 
