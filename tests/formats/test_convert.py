@@ -51,6 +51,12 @@ def test_formats_are_recognized_and_losses_are_named(go: Tell) -> None:
     assert "with the 1 frame in first.csv." in go("convert first.csv first.txt")[1]
     code, said = go("convert two.json gt.txt")
     assert (code, "mot-truth does not hold confidences, times" in said) == (0, True)
+    assert "has no class" not in said  # it has one for a car
+    lines = "0,1,cup,1,1,9,9\n0,2,Person,1,1,9,9\n0,3,bus,1,1,9,9\n"
+    Path("own.csv").write_text("frame,id,label,left,top,width,height\n" + lines)
+    for form in ("mot", "mot-truth"):
+        code, said = go(f"convert own.csv own.txt --to {form} --overwrite")
+        assert f"{form} has no class 'bus', 'cup'; it writes -1." in said
     code, said = go("convert one.csv one.jsonl")
     assert (code, "does not hold" in said) == (0, False)
     assert go("convert one.csv a.txt --to vot")[0] == 0
@@ -293,6 +299,20 @@ def test_times_are_those_of_a_film_of_a_varying_rate(
     assert [float(row["time"]) for row in found] == pytest.approx([i / 10 for i in range(6)])
     facts = FilmFacts(times=VARYING, fps=50)
     assert [facts.time(frame) for frame in (1, 5, 7)] == pytest.approx([0.02, 0.18, 0.22])
+
+
+def test_times_after_the_end_of_the_film_are_refused(go: Tell) -> None:
+    with VideoWriter(Path("film.mkv"), 25) as writer:
+        for frame in range(10):
+            writer.write(np.zeros((48, 64, 3), np.uint8), frame / 25)
+    rows = ["0,0", "9,0.36", "9,1.3", "9,360"]  # the last one is in milliseconds
+    for row, code in zip(rows, (0, 0, 0, 3), strict=True):
+        Path("a.csv").write_text(f"frame,time,left,top,width,height\n{row},9,9,20,20\n")
+        found, said = go("convert a.csv b.csv --video film.mkv --overwrite")
+        assert found == code, said
+    assert "a.csv has times up to 360, in seconds, but the film's last frame is at 0.36;" in said
+    film(range(10))  # of which no times are known
+    assert go("convert a.csv c.csv --video film")[0] == 0
 
 
 def test_what_is_remembered_beside_other_rows_is_not_replaced_unasked(go: Tell) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -227,6 +227,64 @@ def test_what_cvat_rotates_is_the_same_in_its_files(tmp_path: Path) -> None:
     assert one.ellipse.theta == pytest.approx(0.5235988)
 
 
+SQUARE = '<box frame="{}" xtl="{}" ytl="90" xbr="{}" ybr="110" rotation="45"/>'
+
+
+def of_cvat(folder: Path) -> Recording:
+    shapes = SQUARE.format(0, 180, 220) + SQUARE.format(2, 184, 224)
+    return registry.read(cvat(folder, TASK, track(0, shape=shapes)), "cvat", FILM)
+
+
+def of_coco(folder: Path) -> Recording:
+    path = coco(folder, ["frame_000000.png"], bbox=[180, 90, 40, 20], attributes={"rotation": 45.0})
+    return registry.read(path, "coco", FILM)
+
+
+def of_label_studio(folder: Path) -> Recording:
+    left, top, root = 200 - 10 * 2**0.5 / 2, 100 - 30 * 2**0.5 / 2, region(turned=45)
+    for key in root["value"]["sequence"]:
+        key |= {"x": left / 3.2, "y": top / 2.4, "width": 40 / 3.2, "height": 20 / 2.4}
+    return registry.read(
+        labeled(folder, {"annotations": [{"result": [root]}]}), "label-studio", FILM
+    )
+
+
+def of_vot(folder: Path) -> Recording:
+    path = folder / "groundtruth.txt"
+    path.write_text("192.929,78.787,221.213,107.071,207.071,121.213,178.787,92.929\n")
+    return registry.read(path, "vot", FILM)
+
+
+@pytest.mark.parametrize("made", [of_cvat, of_coco, of_label_studio, of_vot])
+def test_a_turned_rectangle_is_whole_in_its_upright_box(
+    made: Callable[[Path], Recording], tmp_path: Path
+) -> None:
+    found = made(tmp_path)
+    long = 60 * 0.5**0.5  # of 40x20, turned by 45 degrees
+    for row, right in zip(found, (0, 2, 4), strict=False):
+        expected = [200 - long / 2 + right * (made is of_cvat), 100 - long / 2, long, long]
+        assert row.objects[0].box == pytest.approx(expected, abs=0.002)
+        assert row.objects[0].ellipse[2:] == pytest.approx([20, 10, 0.7854], abs=0.002)
+    registry.write(tmp_path / "labels", "yolo", found)
+    text = (tmp_path / "labels/labels/frame_000000.txt").read_text()
+    shares = [float(share) for share in text.split()[1:]]
+    assert shares == pytest.approx([200 / 320, 100 / 240, long / 320, long / 240], abs=1e-4)
+
+
+def test_a_mask_of_vot_has_the_box_of_its_pixels(tmp_path: Path) -> None:
+    path = tmp_path / "groundtruth.txt"
+    path.write_text("m10,20,5,4,0,20\nm10,20,5,4,6,2,12\n")
+    found = registry.read(path, "vot", FILM)
+    assert [row.objects[0].box for row in found] == [(10, 20, 5, 4), (11, 21, 2, 1)]
+    assert found.left_out == ["the pixels of 2 masks, but for box and ellipse"]
+
+
+def test_a_turned_ellipse_has_the_box_around_itself(tmp_path: Path) -> None:
+    shape = '<ellipse frame="0" cx="200" cy="100" rx="20" ry="10" rotation="45"/>'
+    found = registry.read(cvat(tmp_path, TASK, track(0, shape=shape)), "cvat", FILM)
+    assert next(iter(found)).objects[0].box.width == pytest.approx(31.623, abs=0.001)
+
+
 @pytest.mark.parametrize(
     "content",
     [
@@ -332,6 +390,7 @@ def _yolo(names: str, **texts: str) -> Any:
 @pytest.mark.parametrize(
     ("made", "reason"),
     [
+        (_yolo("", n_1=LINE, m_11=LINE, m_12=LINE), "several films, by their names, as m and n"),
         (_task(annotations=[SEEN, SEEN]), "2 annotations, as of several people"),
         (_task(annotations=[CANCELLED], predictions=[SEEN]), "annotations are cancelled"),
         (_task(annotations=[{"result": [region(25, 40)]}]), "a film of 40 frames"),

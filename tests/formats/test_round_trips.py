@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -14,6 +15,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from msgspec import structs
 
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.geometry import Ellipse
@@ -22,6 +24,7 @@ from motes.core.track import COLUMNS, Status
 from motes.formats import registry
 from motes.formats.aspects import ANGLES, CLASSES, CONFIDENCES, HIDDEN, aspects
 from motes.formats.recording import FilmFacts, Recording, placed, recording_of
+from motes.formats.shapes import box_of_rectangle
 from motes.formats.thinning import keyframes
 from motes.rows.schema import FrameRow
 from recordings import FACTS, crowd, turning
@@ -61,10 +64,22 @@ def same_boxes(found: Recording, expected: Recording, tolerance: float) -> None:
         np.testing.assert_allclose(box, theirs[key], atol=tolerance)
 
 
+def with_boxes_of_rectangles(recorded: Recording) -> Recording:
+    """Return a recording of the rectangles around its ellipses."""
+    return replace(recorded, frames=[
+        structs.replace(row, objects=tuple(
+            structs.replace(each, bounds=box_of_rectangle(each.ellipse)) for each in row.objects
+        ))
+        for row in recorded
+    ])  # fmt: skip
+
+
 @pytest.mark.parametrize("name", ONE_OBJECT)
 def test_one_target(name: str, tmp_path: Path) -> None:
-    found = round_trip(turning(), name, tmp_path)
-    same_boxes(found, turning(), 0.011)
+    found, expected = round_trip(turning(), name, tmp_path), turning()
+    if name == "vot":  # its rectangles are turned
+        expected = with_boxes_of_rectangles(expected)
+    same_boxes(found, expected, 0.011)
     held = registry.FORMATS.resolve(name).holds
     before = {row.frame: row.objects for row in turning()}
     for row in found:
@@ -163,6 +178,7 @@ def test_what_a_format_cannot_hold() -> None:
     assert registry.lost(present, "csv", "otb") == ["angles", "confidences", "times"]
     assert registry.lost(present, "csv", "parquet") == []
     assert registry.lost(aspects(crowd()), "coco", "mot") == ["hidden objects", "times"]
+    assert registry.lost({"angles", "identities", "times"}, "cvat", "cvat") == ["angles"]
 
 
 def test_keyframes_are_few_and_interpolation_is_near(tmp_path: Path) -> None:
@@ -326,6 +342,7 @@ def test_identities_from_0_and_names_of_classes_beside_the_truth(
         return
     found = registry.read(path, "mot-truth", FACTS)
     assert {each.identity: each.label for each in found.frames[0].objects} == classes
+    assert ["first pixel is read as 1" in note for note in found.notes] == [True] * bool(names)
     again = round_trip(found, "coco", tmp_path)
     assert {each.identity for each in again.frames[0].objects} == {0, 1, 2}
 
@@ -382,16 +399,29 @@ def test_labels_of_ultralytics_count_from_one(
     [
         (("0.9", "1", "0"), [(-1, 0.9), (-1, 1), (-1, 0)]),
         (("1", "12", ""), [(1, 1), (12, 1), (-1, 1)]),
+        (("1", "1", ""), [(1, 1), (1, 1), (-1, 1)]),
+        (("0", "1", "1"), [(0, 1), (1, 1), (1, 1)]),
+        (("0", "0", "0"), [(-1, 0), (-1, 0), (-1, 0)]),
+        (("1.0", "1.0", "1.0"), [(-1, 1), (-1, 1), (-1, 1)]),
         (("0.5 1", "0.25 12", "0.75"), [(1, 0.5), (12, 0.25), (-1, 0.75)]),
     ],
 )
-def test_a_sixth_number_of_yolo_is_an_identity_where_one_is_above_1(
+def test_a_sixth_number_of_yolo_is_an_identity_where_all_are_whole(
     lines: tuple[str, ...], found: list[tuple[int, float]], tmp_path: Path
 ) -> None:
     for frame, line in enumerate(lines):
         (tmp_path / f"{frame}.txt").write_text(f"0 0.5 0.5 0.1 0.1 {line}\n")
     recorded = registry.read(tmp_path, "yolo", FilmFacts(width=320, height=240))
     assert [(each.identity, each.confidence) for row in recorded for each in row.objects] == found
+    taken = "identities" if found[0][0] >= 0 else "confidences"
+    said = [f"the sixth numbers of its lines, 0 or 1, are read as {taken}."]
+    assert [*recorded.notes] == said * ({*lines} <= {"0", "1", ""})
+
+
+def test_a_sixth_number_that_a_frame_has_twice_is_a_confidence(tmp_path: Path) -> None:
+    (tmp_path / "3.txt").write_text("0 0.5 0.5 0.1 0.1 1\n0 0.2 0.2 0.1 0.1 1\n")
+    (row,) = registry.read(tmp_path, "yolo", FilmFacts(width=320, height=240))
+    assert [each.identity for each in row.objects] == [-1, -1]
 
 
 CVAT_BOX = '<box frame="{}" xtl="1" ytl="1" xbr="9" ybr="9" outside="0"/>'

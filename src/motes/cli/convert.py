@@ -42,6 +42,8 @@ if TYPE_CHECKING:
 app = App(name="convert", help_format="plaintext")
 FILM = Group("Film (what the file does not contain)", sort_key=3)
 FORMS = Group("Formats", sort_key=1)
+LATE = 1.0
+"""Seconds after the film's last frame at which no row of it is."""
 SAID = 5
 """Kinds of things left out that are named; the others are counted."""
 
@@ -167,6 +169,10 @@ def convert(
     say_how_to_train(target, form, recorded)
     if lost := registry.lost(aspects(recorded), source, form):
         log(f"{form} does not hold {', '.join(lost)}; {rows} has them.")
+    if form in ("mot", "mot-truth") and (others := mot.numberless(recorded)):
+        more = f" and {len(others) - SAID} more" * (len(others) > SAID)
+        named = ", ".join(map(repr, others[:SAID]))
+        log(f"{form} has no class {named}{more}; it writes -1.")
     return DONE
 
 
@@ -197,7 +203,8 @@ def _facts(
     if frames is not None and frames < 1:
         raise ConfigError(f"--frames is {frames}; give 1 or more.")
     width, height = given = _sides(size)
-    name, files, known_frames = "unknown", list[str](), None
+    name, files, known_frames, end = "unknown", list[str](), None, None
+    rated = fps is not None or known is not None  # whose times are checked otherwise
     if video is not None:
         from motes.video.film import Film
         from motes.video.sources import is_recorded, open_source
@@ -210,7 +217,9 @@ def _facts(
             files = film.files
             width, height = film.width, film.height
         if is_recorded(video):  # what a container tells may be an estimate
-            known_frames = len(Film.quickly(video).times)
+            quick = Film.quickly(video)
+            known_frames = len(quick.times)
+            end = quick.times[-1] if not (rated or quick.report.assumed) else None
     elif known is not None:
         name, fps, known_frames = known.film, fps or known.fps, known.frames
         width, height = known.width, known.height
@@ -224,7 +233,7 @@ def _facts(
         run = range(known.start, 0 if told is None else told + 1, known.stride)
     return FilmFacts(
         source=name, width=width, height=height, frames=frames or known_frames, fps=fps,
-        label=label, files=files, run=run,
+        end=end, label=label, files=files, run=run,
     )  # fmt: skip
 
 
@@ -256,7 +265,7 @@ def _checked(recorded: Recording, rows: Path, facts: FilmFacts, fps: float | Non
     ConfigError
         If --fps is given, and the objects have other times of their own.
     SourceError
-        If the objects are of another film, by its size or its number of frames.
+        If the objects are of another film, by its size, its number of frames or its length.
     """
     later = [row for row in recorded if row.frame]
     if fps and later and all(abs(row.time - facts.time(row.frame)) > 1e-6 for row in later):
@@ -272,6 +281,12 @@ def _checked(recorded: Recording, rows: Path, facts: FilmFacts, fps: float | Non
         raise SourceError(
             f"{rows} has objects in frame {last}, but the film has {facts.frames} frames; give the "
             f"film that it belongs to."
+        )
+    last_time = max((row.time for row in recorded), default=0.0)
+    if facts.end is not None and last_time > facts.end + LATE:
+        raise SourceError(
+            f"{rows} has times up to {last_time:g}, in seconds, but the film's last frame is at "
+            f"{facts.end:g}; correct them, or give the film that they belong to."
         )
     if facts.width and not head.width:
         head = replace(head, width=facts.width, height=facts.height)

@@ -107,7 +107,7 @@ class Track(msgspec.Struct, frozen=True, eq=False):
     keyframe: bool = True
     """Whether a user has drawn it, or would have to: a tool that interpolates needs this one."""
     bounds: Box | None = None
-    """The box around the ellipse, where a file says it more exactly than the ellipse does."""
+    """The box around what a file holds, such as a turned rectangle; None if it is the ellipse's."""
 
     @classmethod
     def nowhere(

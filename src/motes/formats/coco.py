@@ -19,7 +19,7 @@ from msgspec import structs
 
 from motes import __version__
 from motes.core.errors import FormatError, counted
-from motes.core.geometry import Ellipse
+from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status, Track
 from motes.formats import runs, shapes
 from motes.formats.image_names import OF_VIDEO, check_one_film, frame_of, images_of
@@ -232,13 +232,15 @@ def _row(
     each: _Annotation, frame: int, image: _Image, label: str | None, facts: FilmFacts
 ) -> Track:
     mask = runs.mask_runs(each.segmentation, image.height, image.width)
+    ellipse, bounds = _place_of(each, image)
     row = placed(
         frame,
-        _ellipse(each, image),
+        ellipse,
         _identity(each),
         each.score,
         Status.OCCLUDED if _flag(each.attributes, "occluded") else Status.TRACKING,
         shapes.label_or_none(label, facts.label),
+        bounds,
     )
     return sound(structs.replace(row, mask=mask))
 
@@ -306,16 +308,23 @@ def _identity(each: _Annotation) -> int:
     return int(float(value))
 
 
-def _ellipse(each: _Annotation, image: _Image) -> Ellipse:
+def _place_of(each: _Annotation, image: _Image) -> tuple[Ellipse, Box]:
+    """Return the ellipse of an annotation, and the upright box around the annotation."""
     x, y, width, height = each.bbox or _around(each.segmentation)
     if not (width > 0 and height > 0):
         raise ValueError(f"an object of {width:g}x{height:g} pixels has no area")
     box = shapes.Corners(x, y, x + width, y + height)
     if turn := each.attributes.get("rotation"):  # of the box, around its center, as CVAT writes it
-        return box.ellipse._replace(theta=angle(float(turn)))
+        turned = box.ellipse._replace(theta=angle(float(turn)))
+        return turned, shapes.box_of_rectangle(turned)
+    return _ellipse(each, box, image), Box(x, y, width, height)
+
+
+def _ellipse(each: _Annotation, box: shapes.Corners, image: _Image) -> Ellipse:
+    """Return the ellipse of a box, with the angle and the ratio of half-axes of its polygon."""
     polygon = each.segmentation
     # A polygon that is cut at a border of the picture has other moments than its ellipse.
-    cut = x <= 0 or y <= 0 or box.right >= image.width or box.bottom >= image.height
+    cut = box.left <= 0 or box.top <= 0 or box.right >= image.width or box.bottom >= image.height
     if cut or not isinstance(polygon, list) or len(polygon) != 1 or len(polygon[0]) < 16:
         return box.ellipse
     corners = np.reshape(np.array(polygon[0], np.float64), (-1, 2))
@@ -323,7 +332,8 @@ def _ellipse(each: _Annotation, image: _Image) -> Ellipse:
     if abs(turned.theta * (turned.a - turned.b)) < ROUNDING:
         return box.ellipse
     # The moments of a polygon are a little smaller than those of the ellipse through its corners.
-    scale = math.sqrt(width * height / (turned.box.width * turned.box.height))
+    size = (box.right - box.left) * (box.bottom - box.top)
+    scale = math.sqrt(size / (turned.box.width * turned.box.height))
     return box.ellipse._replace(a=scale * turned.a, b=scale * turned.b, theta=turned.theta)
 
 

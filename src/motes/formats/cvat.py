@@ -32,7 +32,14 @@ from motes.formats.recording import (
     recording_of,
     sound,
 )
-from motes.formats.shapes import Corners, classes_of, label_or_none, labels_of, visible_box
+from motes.formats.shapes import (
+    Corners,
+    box_of_rectangle,
+    classes_of,
+    label_or_none,
+    labels_of,
+    visible_box,
+)
 from motes.formats.text import angle, at, number, whole
 from motes.formats.thinning import KEYFRAME_ERROR, keyframes
 from motes.formats.visibility import SHOWN, check_identities
@@ -314,7 +321,8 @@ def _read_track(track: Element, identity: int, label: str | None, step: int) -> 
         end = _row(following, until, identity, label).ellipse
         for between in frames_between(frame, until)[step - 1 :: step]:
             place = _between(row.ellipse, end, (between - frame) / (until - frame))
-            yield structs.replace(row, frame=between, ellipse=place, keyframe=False)
+            bounds = None if row.bounds is None else box_of_rectangle(place)
+            yield structs.replace(row, frame=between, ellipse=place, keyframe=False, bounds=bounds)
 
 
 def _between(start: Ellipse, end: Ellipse, share: float) -> Ellipse:
@@ -341,7 +349,9 @@ def _row(shape: Element, frame: int, identity: int, label: str | None) -> Track:
     with at(f"{shape.tag} of frame {shape.get('frame')}" if "frame" in shape.attrib else shape.tag):
         status = Status.OCCLUDED if _flag(shape, "occluded") else Status.TRACKING
         key = _flag(shape, "keyframe", "1")
-        row = placed(frame, _ellipse(shape), identity, 1.0, status, label)
+        ellipse = _ellipse(shape)
+        bounds = None if shape.tag == "ellipse" else box_of_rectangle(ellipse)
+        row = placed(frame, ellipse, identity, 1.0, status, label, bounds)
         return sound(structs.replace(row, keyframe=key))
 
 

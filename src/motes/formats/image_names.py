@@ -49,10 +49,18 @@ def note_on_names(names: Iterable[str], facts: FilmFacts) -> list[str]:
     """Return a note if images of a video have names like those of another video.
 
     They are names without endings, of frames that their numbers tell.
+
+    Raises
+    ------
+    FormatError
+        If they are named like several videos.
     """
+    if facts.files:
+        return []
     film = text_name(Path(facts.source).stem)
-    heads = {_NUMBER.sub("", _ROBOFLOW.sub("", name)) for name in names}
-    if facts.files or len(heads) != 1 or heads <= {film, "", *_OF_ANY}:
+    heads = {_NUMBER.sub("", _ROBOFLOW.sub("", name)) for name in names} - {"", *_OF_ANY}
+    check_one_film(names=heads)
+    if heads <= {film}:
         return []
     return [f"its images are named {heads.pop()}; if that is another film than {film}, give it."]
 

@@ -30,7 +30,7 @@ from motes.formats.recording import (
     recording_of,
     sound,
 )
-from motes.formats.shapes import Corners, classes_of, label_or_none, visible_box
+from motes.formats.shapes import Corners, box_of_rectangle, classes_of, label_or_none, visible_box
 from motes.formats.text import angle, at, read_json
 from motes.formats.thinning import KEYFRAME_ERROR, keyframes
 from motes.formats.visibility import check_identities, visible
@@ -205,7 +205,9 @@ def read(path: Path, facts: FilmFacts) -> Recording:
             if len({key.frame for key in region.value.sequence}) < len(region.value.sequence):
                 raise ValueError("it has two keyframes in one frame")
             for frame, (ellipse, key) in _frames(region.value, facts, clock).items():
-                row = placed(frame, ellipse, identity, label=label)
+                row = placed(
+                    frame, ellipse, identity, label=label, bounds=box_of_rectangle(ellipse)
+                )
                 objects.append(structs.replace(row, keyframe=key))
     times = {} if rate else {key.frame - 1: key.time for key in keys if key.time is not None}
     if not facts.fps:

@@ -13,6 +13,7 @@ of ten numbers have world coordinates instead of a class, as in Leal-Taixé et a
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -90,6 +91,12 @@ def number_of(label: str | None) -> int:
     return CLASSES.get(SYNONYMS.get(name, name), UNKNOWN)
 
 
+def numberless(recorded: Recording) -> list[str]:
+    """Return the classes that have no number in the MOTChallenge, so that they become -1."""
+    labels = {each.label for row in recorded for each in row.objects if each.label is not None}
+    return sorted(label for label in labels if number_of(label) == UNKNOWN)
+
+
 def read(kind: Kind, path: Path, facts: FilmFacts) -> Recording:
     """Return the objects of a file.
 
@@ -98,7 +105,8 @@ def read(kind: Kind, path: Path, facts: FilmFacts) -> Recording:
     that `class_names` finds beside it.
     """
     lines = read_lines(path, facts.frames or MAX_FRAME, kind, sized=True)
-    names = _NAMES if kind != "truth" else class_names(path.parent) or _NAMES
+    own_names = class_names(path.parent) if kind == "truth" else {}
+    names = own_names or _NAMES
     objects = [*_objects(lines, kind, names, facts.label)]
     scores = sum(not 0 <= line[6] <= 1 for line in lines)
     left_out = ["the numbers after the score"] * (bool(lines) and _has_more(path, kind))
@@ -109,7 +117,12 @@ def read(kind: Kind, path: Path, facts: FilmFacts) -> Recording:
     told = kind != "results" or len({each.identity for each in objects}) > 1
     last = max((each.frame for each in objects), default=-1)
     seen = facts.seen(last) if told else range(0)
-    return recording_of(facts, objects, told=seen, left_out=left_out)
+    notes = [
+        f"its first pixel is read as 1, as in the MOTChallenge; CVAT and Datumaro, which write "
+        f"{LABELS} too, mean 0, so that a box of theirs is now a pixel too far left and up: export "
+        f"it as CVAT or COCO."
+    ] * bool(own_names)
+    return replace(recording_of(facts, objects, told=seen, left_out=left_out), notes=notes)
 
 
 def _has_more(path: Path, kind: Kind) -> bool:

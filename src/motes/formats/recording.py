@@ -12,7 +12,7 @@ from msgspec import structs
 
 from motes.core.errors import FormatError
 from motes.core.frame import FRAME_INTERVAL
-from motes.core.geometry import FARTHEST, Ellipse
+from motes.core.geometry import FARTHEST, Box, Ellipse
 from motes.core.labels import check_label
 from motes.core.track import Status, Track
 from motes.formats.regions import MAX_FRAME
@@ -77,6 +77,8 @@ class FilmFacts:
     """Its frames per second; None if unknown."""
     times: Sequence[float] = ()
     """The times of its frames in seconds; none where they follow from `fps`."""
+    end: float | None = None
+    """The time of its last frame in seconds; None if unknown, as where its rate is assumed."""
     label: str = LABEL
     """The class of objects without one."""
     files: Sequence[str] = ()
@@ -228,11 +230,15 @@ def placed(
     confidence: float = 1.0,
     status: Status = Status.TRACKING,
     label: str | None = None,
+    bounds: Box | None = None,
 ) -> Track:
-    """Return an object in a frame whose time `recording_of` adds."""
+    """Return an object in a frame whose time `recording_of` adds.
+
+    `bounds` is the upright box around it, if it is another than that around its ellipse.
+    """
     return Track(
         frame, math.nan, ellipse, confidence=confidence, status=status, identity=identity,
-        label=label,
+        label=label, bounds=bounds,
     )  # fmt: skip
 
 

@@ -5,6 +5,7 @@ Their coordinates begin at the upper left corner of the picture, ours at the fir
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import NamedTuple
@@ -12,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.geometry import Ellipse, area, clipped
+from motes.core.geometry import Box, Ellipse, area, clipped
 from motes.core.track import Track
 from motes.formats.recording import Recording
 from motes.formats.visibility import SHOWN
@@ -36,6 +37,14 @@ class Corners(NamedTuple):
         return Ellipse.from_box(
             (self.left, self.top, self.right - self.left, self.bottom - self.top)
         )
+
+
+def box_of_rectangle(inside: Ellipse) -> Box:
+    """Return the upright box around a rectangle, upright or turned, by the ellipse inside it."""
+    x, y, a, b, theta = inside
+    cos, sin = abs(math.cos(theta)), abs(math.sin(theta))
+    width, height = 2 * (a * cos + b * sin), 2 * (a * sin + b * cos)
+    return Box(x - (width - 1) / 2, y - (height - 1) / 2, width, height)
 
 
 def visible_box(each: Track, head: Header) -> Corners | None:

@@ -19,9 +19,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
-from motes.core.errors import FormatError
-from motes.core.files import check_ended, read_text
-from motes.core.geometry import Ellipse
+from motes.core.errors import FormatError, counted
+from motes.core.files import check_ended, lines_of, read_text
+from motes.core.geometry import Box, Ellipse
 from motes.core.track import Track
 from motes.formats.recording import FilmFacts, Recording, placed, recording_of, sound
 from motes.formats.regions import ABSENT, read_regions
@@ -94,7 +94,7 @@ def absences(kind: str, folder: Path, count: int) -> list[bool]:
 
 
 def read(kind: Kind, path: Path, facts: FilmFacts) -> Recording:
-    """Return the target of a truth; masks become ellipses."""
+    """Return the target of a truth; masks become ellipses and boxes."""
     text = read_text(path, FormatError)
     check_ended(text)
     # Others have boxes of any size where the target is absent.
@@ -107,5 +107,10 @@ def read(kind: Kind, path: Path, facts: FilmFacts) -> Recording:
         if region is not ABSENT and not absent[frame]:
             x, y, *rest = region.ellipse
             ellipse = Ellipse(x - first, y - first, *rest)
-            objects.append(sound(placed(frame, ellipse)))
-    return replace(recording_of(facts, objects, dict.fromkeys(range(len(regions)))), single=True)
+            x, y, *sides = region.box
+            bounds = Box(x - first, y - first, *sides)
+            objects.append(sound(placed(frame, ellipse, bounds=bounds)))
+    masks = sum(line.lstrip().startswith("m") for line in lines_of(text))
+    left_out = [f"the pixels of {counted(masks, 'mask')}, but for box and ellipse"] * bool(masks)
+    times = dict.fromkeys(range(len(regions)))
+    return replace(recording_of(facts, objects, times, left_out=left_out), single=True)

@@ -92,7 +92,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     from_one = not images and not (path / f"{stem}_0.txt").exists()
     theirs = re.compile(rf"(?!frame_\d{{6}}){re.escape(stem)}_[1-9]\d*")
     left_out: list[str] = []
-    objects, lines, times, ended = [], [], dict[int, None](), dict[bool, str]()
+    objects, lines, stems, ended = [], [], dict[int, str](), dict[bool, str]()
     for file in sorted(path.glob("*.txt")):
         if not file.is_file():
             raise FormatError(f"{file.name} is not a file")
@@ -104,18 +104,16 @@ def read(path: Path, facts: FilmFacts) -> Recording:
             if file.name != CLASSES:
                 left_out.append(f"{file.name}, whose name has no number of a frame")
             continue
-        if frame in times:
+        if frame in stems:
             raise FormatError(f"{file.name}: another file is of frame {frame} too")
-        times[frame] = None
+        stems[frame] = file.stem
         text = read_text(file, FormatError)
         if text.strip():
             ended.setdefault(text.endswith("\n"), file.name)
         for place, line in enumerate(lines_of(text), start=1):
             if line.strip():
                 lines.append((f"{file.name}, line {place}", frame, line.split()))
-    # A sixth number is an identity if one is above all confidences, and no line has a seventh.
-    sixth = [float(each[5]) for *_, each in lines if len(each) == 6 and each[5].isdecimal()]
-    tracked = max(sixth, default=0) > 1 and all(len(fields) < 7 for *_, fields in lines)
+    tracked, either = _sixth_numbers([(frame, fields) for _, frame, fields in lines])
     for where, frame, fields in lines:
         with at(where):
             objects.append(_row(frame, fields, names, facts, tracked=tracked))
@@ -124,10 +122,30 @@ def read(path: Path, facts: FilmFacts) -> Recording:
             f"{ended[False]}: its last line has no end, unlike those of other texts, so it may be "
             f"cut off there; if it is whole, end the line"
         )
-    if not times:
+    if not stems:
         raise FormatError("it has no labels; they are texts with the number of a frame, .txt")
-    notes = note_on_names((file.stem for file in path.glob("*.txt") if file.name != CLASSES), facts)
-    return replace(recording_of(facts, objects, times, left_out=left_out), notes=notes)
+    notes = note_on_names(stems.values(), facts)
+    if either:
+        taken = "identities" if tracked else "confidences"
+        notes.append(f"the sixth numbers of its lines, 0 or 1, are read as {taken}.")
+    found = recording_of(facts, objects, dict.fromkeys(stems), left_out=left_out)
+    return replace(found, notes=notes)
+
+
+def _sixth_numbers(lines: list[tuple[int, list[str]]]) -> tuple[bool, bool]:
+    """Return whether the sixth numbers of lines are identities, and whether that is not certain.
+
+    One that is above 1 is no confidence. Where all are 0 or 1, as of one object that is tracked,
+    they are confidences if a frame has one of them twice, or if all are 0.
+    """
+    sixth = [(frame, fields[5]) for frame, fields in lines if len(fields) == 6]
+    whole_ones = [float(text) for _, text in sixth if text.isdecimal()]
+    if not whole_ones or any(len(fields) > 6 for _, fields in lines):
+        return False, False
+    if max(whole_ones) > 1:
+        return True, False
+    either = len(whole_ones) == len(sixth)
+    return either and max(whole_ones) == 1 and len({*sixth}) == len(sixth), either
 
 
 def _row(
