@@ -162,9 +162,14 @@ def test_a_killed_run_loses_no_frame(go: Go, film: Path) -> None:
     assert ended.returncode == -signal.SIGKILL, ended.stderr
     assert here() == {"a.json.rows.jsonl"}
     code, _, error = go(f"track FILM {BOX} -o a.json --overwrite")  # which would lose them
-    assert (code, "motes convert a.json.rows.jsonl -o a.json" in error) == (5, True)
+    assert (code, "motes convert a.json.rows.jsonl -o a.json, " in error) == (5, True)
+    Path("a.xml.rows.jsonl").touch()
+    remedy = f"motes convert a.xml.rows.jsonl -o a.xml --video {film}, then"
+    assert remedy in go(f"track FILM {BOX} -o a.xml")[2]
+    Path("a.xml.rows.jsonl").unlink()
     for name in ("a.json", "a.xml", "a.txt", "a.csv", "a.jsonl", "a.vot.txt"):
-        code, _, error = go(f"convert a.json.rows.jsonl -o {name}")
+        until = " --video FILM" * (name == "a.xml")
+        code, _, error = go(f"convert a.json.rows.jsonl -o {name}{until}")
         assert (code, "with the 8 frames in a.json.rows.jsonl." in error) == (0, True)
         assert go(f"track FILM {BOX} --end 8 -o whole-{name}")[0] == 0
         assert Path(name).read_bytes() == Path(f"whole-{name}").read_bytes()

@@ -178,12 +178,12 @@ class DocumentOutput(Sink):
             check_images(map(text_name, film.files))
         self.path, self.rows, self._form = Path(name), journal_of(name), form
         self._keyframe_error, self._guesses = keyframe_error, guesses
+        self._film, self._label = film, label
         if os.path.lexists(self.rows):
             raise FormatError(
                 f"{self.rows} exists: rows of a run that was killed, or still goes on. Make its "
                 f"document with {self._remedy}, then remove it; or choose another name."
             )
-        self._film, self._label = film, label
         self._journal: JournalWriter | None = None
         self._failed = self._done = False
         self._written = Written(0, 0)
@@ -226,6 +226,8 @@ class DocumentOutput(Sink):
         words = ["motes", "convert", str(self.rows), "-o", str(self.path)]
         if self._form not in _usual_format(str(self.path)):
             words += ["--to", self._form]
+        if FORMATS.resolve(self._form).thinned and is_recorded(self._film.name):
+            words += ["--video", self._film.name]  # which tells where it ends
         words += ["--with-guesses"] * self._guesses
         return shlex.join(words)
 
