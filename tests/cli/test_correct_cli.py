@@ -426,6 +426,7 @@ def test_doubtful_frames(go: Tell, capfd: pytest.CaptureFixture[str]) -> None:
         ("track FILM --at 3=BOX --detect face", 2, "Keyframes go with --init"),
         ("track 0 --at 3=BOX", 3, "record it first"),
         ("refine FILM rows.csv", 2, "nothing to correct"),
+        ("refine FILM plain.csv --absent 9:9999", 2, "keyframe 9999 is outside of"),  # at once
         ("refine OTHER rows.csv --at 3=BOX", 3, "has 23 frames of 96x80, but the rows are of"),
         ("check OTHER plain.csv", 3, "has only 23 frames; give the film of these rows"),
         ("check SLOW plain.csv", 3, "has frame 1 at 0.04 s, but"),
