@@ -491,6 +491,19 @@ def test_rows_of_a_copy_that_was_cut(go: Tell) -> None:
     assert "ends at frame" not in go("check cut.mkv rows.csv")[1]
 
 
+@pytest.mark.parametrize("mark", ["--init 20,10,20,20", "--at 0=20,10,20,20"])
+def test_a_film_of_another_size_is_not_said_to_have_as_many_frames_as_the_rows(
+    go: Tell, mark: str
+) -> None:
+    with VideoWriter("small.mkv", 25) as writer:
+        for frame, _ in still((64, 48), target=(30, 20), frames=5):
+            writer.write(frame.pixels, frame.time)
+    assert go(f"track small.mkv {mark} --end 4 -o rows.csv {OPTIONS}")[0] == 0
+    code, said = go("check FILM rows.csv")
+    assert code == 3
+    assert "film.mkv has 96x80, but the rows are of small.mkv, with 64x48; give that film" in said
+
+
 def test_a_tracker_that_is_gone(go: Tell) -> None:
     """Its rows are converted, and corrected by another one."""
     assert go(f"track FILM --init BOX -o rows.csv {OPTIONS}")[0] == 0
