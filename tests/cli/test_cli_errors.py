@@ -32,6 +32,9 @@ def go(here: Path, capfd: pytest.CaptureFixture[str]) -> Tell:
 @pytest.mark.parametrize(
     ("line", "said"),
     [
+        ("track -- -dash.mkv --init 1,2,9,9", "--init is an option; write it before --."),
+        ("track --end 3 -- -dash.mkv -o=r.csv", "-o is an option; write it before --."),
+        ("track -- -dash.mkv --reverse", "Unknown option: --reverse. Did you mean --resume?"),
         ("track film.mkv --reverse", "Unknown option: --reverse. Did you mean --resume?"),
         ("track film.mkv --video seen.mp4", "--overlay draws a film of tracks, -o writes rows"),
         ("watch film.mkv --save seen.mp4", "There is no option --save; --overlay draws a film"),

@@ -426,6 +426,7 @@ def test_doubtful_frames(go: Tell, capfd: pytest.CaptureFixture[str]) -> None:
         ("track FILM --at 3=BOX --detect face", 2, "Keyframes go with --init"),
         ("track 0 --at 3=BOX", 3, "record it first"),
         ("refine FILM rows.csv", 2, "nothing to correct"),
+        ("refine FILM plain.csv --absent 9:9999", 2, "keyframe 9999 is outside of"),  # at once
         ("refine OTHER rows.csv --at 3=BOX", 3, "has 23 frames of 96x80, but the rows are of"),
         ("check OTHER plain.csv", 3, "has only 23 frames; give the film of these rows"),
         ("check SLOW plain.csv", 3, "has frame 1 at 0.04 s, but"),
@@ -488,6 +489,19 @@ def test_rows_of_a_copy_that_was_cut(go: Tell) -> None:
     assert go(f"track cut.mkv --init BOX -o rows.csv {OPTIONS}")[0] == 0
     assert "rows.csv ends at frame 4, and film.mkv at frame 23" in go("check FILM rows.csv")[1]
     assert "ends at frame" not in go("check cut.mkv rows.csv")[1]
+
+
+@pytest.mark.parametrize("mark", ["--init 20,10,20,20", "--at 0=20,10,20,20"])
+def test_a_film_of_another_size_is_not_said_to_have_as_many_frames_as_the_rows(
+    go: Tell, mark: str
+) -> None:
+    with VideoWriter("small.mkv", 25) as writer:
+        for frame, _ in still((64, 48), target=(30, 20), frames=5):
+            writer.write(frame.pixels, frame.time)
+    assert go(f"track small.mkv {mark} --end 4 -o rows.csv {OPTIONS}")[0] == 0
+    code, said = go("check FILM rows.csv")
+    assert code == 3
+    assert "film.mkv has 96x80, but the rows are of small.mkv, with 64x48; give that film" in said
 
 
 def test_a_tracker_that_is_gone(go: Tell) -> None:

@@ -90,6 +90,9 @@ def test_keyframes_belong_to_the_film() -> None:
     check_keyframes(inside, "a.mp4", frames, 100, 80)
     with pytest.raises(ConfigError, match=r"keyframe 50 is outside of a.mp4, .* 10 to 49"):
         check_keyframes({**inside, 50: None}, "a.mp4", frames, 100, 80)
+    absent = keyframes(marks_of("49:99", "absent"))
+    with pytest.raises(ConfigError, match="keyframe 99 is outside of"):  # as it was given, not 50
+        check_keyframes({**inside, **absent}, "a.mp4", frames, 100, 80)
     with pytest.raises(ConfigError, match=r"Keyframe 10 of a.mp4: .* center outside"):
         check_keyframes(inside, "a.mp4", frames, 12, 12)
     with pytest.raises(ConfigError, match="No keyframe marks the target"):

@@ -24,6 +24,7 @@ from motes.cli import main
 from motes.cli.exit_codes import AWAY
 from motes.core.errors import AwayError, ConfigError, SourceError
 from motes.core.frame import Frame
+from motes.correction.history import History
 from motes.video import decoder, newest, pace, reconnect
 from motes.video.newest import Newest
 from motes.video.pace import Pace
@@ -121,6 +122,32 @@ def test_a_stream_that_ends_by_the_other_side_has_a_code_of_its_own(
         assert main(["watch", url, "--reconnect", "0.1", "-o", str(rows)]) == AWAY
     assert "has not come back for 0.1 s" in capsys.readouterr().err
     assert rows.read_text().startswith("frame,")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", ["watch", "track --init 20,10,16,16"])
+def test_the_outputs_of_a_stream_that_is_lost_for_good_are_finished(
+    here: Path, capfd: pytest.CaptureFixture[str], command: str
+) -> None:
+    def once(connection: socket.socket, number: int) -> None:
+        if number == 0:
+            jpegs(connection, number)
+
+    outputs = "-o rows.csv --overlay film.mp4 --reconnect 0.1"
+    with server(once) as url:
+        assert main([*command.split(), url, *outputs.split()]) == AWAY
+    said = capfd.readouterr().err.splitlines()
+    assert (here / "film.mp4").exists(), said
+    assert sorted(path.name for path in here.iterdir()) == [
+        "film.mp4", "rows.csv", "rows.csv.run.json",
+    ]  # fmt: skip
+    assert "has not come back for 0.1 s" in said[-1]
+    with open_source(here / "film.mp4") as drawn:
+        count = len(list(drawn))
+    assert count > 1  # late ones are left out
+    assert any(line.startswith(f"motes: {count} frames, ") for line in said)
+    lines = len((here / "rows.csv").read_bytes().splitlines())
+    assert History.load(here / "rows.csv.run.json").lines == lines
 
 
 @pytest.mark.parametrize("head", [b"Connection: close\r\n", b"Transfer-Encoding: chunked\r\n"])

@@ -88,7 +88,8 @@ def test_a_video_gives_its_pictures(whole: Path) -> None:
         assert error.mean() < 5
     assert source.report.decoded == 12
     assert source.report.problems is None
-    assert next(source, None) is None  # closed
+    with pytest.raises(SourceError, match=r"whole\.\w+ is closed; open it again\.$"):
+        next(source)
 
 
 @given(st.integers(0, 14), st.none() | st.integers(1, 16), st.integers(1, 5))

@@ -74,6 +74,8 @@ def _wrong_option(error: CycloptsError, program: str) -> str:
         flag = error.token.keyword or error.token.value
         key = flag.lstrip("-").replace("-", "_")
         known = [] if error.app is None else _options(error.app)
+        if flag in known and "--" in (error.root_input_tokens or ()):
+            return f"After -- come names only, and {flag} is an option; write it before --."
         if "--set" in known and is_key(key):
             return f"{flag} is a key of the configuration; write --set {key}=VALUE."
         if key in ("scale", "ground", "lens"):

@@ -13,7 +13,7 @@ from typing import Any, Protocol, Self
 from motes.cli.exit_codes import DONE, NOT_FOUND
 from motes.cli.messages import log
 from motes.core import interrupts
-from motes.core.errors import MotesError, counted
+from motes.core.errors import AwayError, MotesError, counted
 from motes.core.frame import Frame
 from motes.core.interrupts import check, deferred
 from motes.core.track import Track
@@ -211,8 +211,15 @@ def run(
     Returns
     -------
     The exit code. All outputs are closed; an interrupt before the first frame leaves no file.
+
+    Raises
+    ------
+    MotesError
+        If the source cannot be read any more, or an output not be written. Where a live source is
+        away for good, the outputs are finished before.
     """
     interrupted: KeyboardInterrupt | None = None
+    away: AwayError | None = None
     try:
         with (
             ExitStack() as opened,
@@ -242,6 +249,8 @@ def run(
                     if not tally.frames:
                         raise
                     interrupted = interrupt
+                except AwayError as error:  # a live source has no other end
+                    away = error
                 except BrokenPipeError:  # whoever reads standard output has left
                     if len(outputs) == 1:
                         raise
@@ -252,6 +261,8 @@ def run(
         summarize(tally, film, outputs, None)
         raise
     summarize(tally, film, outputs, interrupted)
+    if away is not None:
+        raise away
     if interrupted:
         return interrupts.code(interrupted)
     if tally.missing is not None:

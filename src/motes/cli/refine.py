@@ -65,8 +65,9 @@ def refine(
     if not history.unfinished:  # else those that are not there yet are made now
         table.check_whole()
     after = history.corrected(new)
+    marked = after.keys  # which takes time to make, with long absences
     for frame in dict(new):
-        point_out_corners(after.keys.get(frame), film.width, film.height)
+        point_out_corners(marked.get(frame), film.width, film.height)
     made, interrupted = refine_rows(film, table, history, after, goal)
     log(
         f"{interrupts.word(interrupted)}{counted(len(dict(new)), 'correction')}, "

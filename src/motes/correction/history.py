@@ -233,11 +233,11 @@ class History(msgspec.Struct, frozen=True, kw_only=True):
             If the film has another size or, where it is known, another number of frames.
         """
         count = len(film.times) if isinstance(film, Film) else self.frames
-        if (film.width, film.height) != (self.width, self.height) or self.frames not in (
-            None, count,
-        ):  # fmt: skip
+        other = self.frames not in (None, count)
+        if other or (film.width, film.height) != (self.width, self.height):
+            # A film that is read only as far as the rows go may have more frames than are counted.
             here, there = (
-                f"{'' if frames is None else f'{frames} frames of '}{each.width}x{each.height}"
+                f"{f'{frames} frames of ' * other}{each.width}x{each.height}"
                 for each, frames in ((film, count), (self, self.frames))
             )
             raise InputError(

@@ -227,12 +227,13 @@ def check_keyframes(marks: Keyframes, name: str, frames: range, width: int, heig
     """
     if all(region is None for region in marks.values()):
         raise ConfigError("No keyframe marks the target; give one a region.")
-    for frame, region in marks.items():
+    for frame in (min(marks), max(marks)):  # an end of a range is a number that was given
         if frame not in frames:
             raise ConfigError(
                 f"The keyframe {frame} is outside of {name}, of which the frames {frames.start} to "
                 f"{frames.stop - 1} are used; correct its number."
             )
+    for frame, region in marks.items():
         if region is not None:
             try:
                 region_within(region, width, height)

@@ -135,7 +135,8 @@ class Source:
             reader.close()
             raise
         self.width, self.height = first.width, first.height
-        self._frames: Iterator[Frame] = itertools.chain([first], frames)
+        self._frames: Iterator[Frame] | None = itertools.chain([first], frames)
+        """None when it is closed."""
         if assumption := self.report.assumption:
             LOG.warning("%s: %s", name, assumption)
 
@@ -163,6 +164,8 @@ class Source:
         return self
 
     def __next__(self) -> Frame:
+        if self._frames is None:
+            raise SourceError(f"{self.name} is closed; open it again.")
         try:
             return next(self._frames)
         except StopIteration:
@@ -183,8 +186,8 @@ class Source:
         self.close()
 
     def close(self) -> None:
-        """Close the file, camera or connection; there are no frames after that."""
-        self._frames = iter(())
+        """Close the file, camera or connection; to ask for a frame is a SourceError after that."""
+        self._frames = None
         self._log()
         self._pictures.close()
         self._reader.close()
@@ -267,7 +270,8 @@ def open_source(
     Raises
     ------
     SourceError
-        If there is nothing to read; while iterating, if a frame cannot be read.
+        If there is nothing to read; while iterating, if a frame cannot be read, or the source is
+        closed.
     ConfigError
         If start, end or stride is not a possible range of frames, or fps is no rate or given for
         a live source.
