@@ -148,7 +148,9 @@ def test_an_object_goes_on_through_what_a_stride_skips(go: Tell) -> None:
     assert go("track film --init 8,6,10,8 --stride 3 -o run.csv")[0] == 0
     assert go("track film --init 8,6,10,8 --stride 3 -o run.xml")[0] == 0
     assert go("convert run.csv same.xml")[0] == 0
-    for document in ("run.xml", "same.xml"):
+    Path("run.csv.run.json").unlink()
+    assert go("convert run.csv lone.xml --video film")[0] == 0
+    for document in ("run.xml", "same.xml", "lone.xml"):
         assert 'outside="1"' not in Path(document).read_text()
         assert boxes_back(go, document) == [*range(0, 20, 3)]
 

@@ -448,6 +448,16 @@ def test_every_format_that_is_read_is_here() -> None:
     assert known - {"journal", "yolo-predictions", "lasot", "got10k"} == {*SAMPLES, "parquet"}
 
 
+def test_frames_that_a_camera_has_dropped_end_no_track(tmp_path: Path) -> None:
+    writer = JournalWriter(tmp_path / "a.xml.rows.jsonl", Header("camera 0", 64, 48, "object"))
+    for frame in (0, 1, 2, 5, 6):
+        each = placed(frame, Ellipse(9.5, 20, 8, 5, 0.1), 1, 0.75)
+        writer.add(FrameRow(frame, frame / 25, (each,)))
+    writer.close()
+    recorded = registry.read(tmp_path / "a.xml.rows.jsonl", "journal", FilmFacts())
+    assert recorded.following() == {0: 1, 1: 2, 2: 5, 5: 6, 6: 7}
+
+
 @pytest.mark.slow
 def test_a_journal_bit_by_bit(tmp_path: Path) -> None:
     """Bits are turned and each end cut off: the rows before, or one clear line; never others.

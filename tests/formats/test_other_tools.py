@@ -343,6 +343,11 @@ def test_names_of_classes_in_yaml(names: str, tmp_path: Path) -> None:
     assert [each.label for row in found for each in row.objects] == ["a, b"]
 
 
+def test_names_with_times_are_of_one_film(tmp_path: Path) -> None:
+    texts = {f"cam-10-00-0{i}_000{i}a": LINE for i in (1, 2)}
+    assert frames(registry.read(yolo(tmp_path, "", **texts), "yolo", FILM)) == [1, 2]
+
+
 def test_a_hash_behind_the_number_of_a_frame_is_no_number(tmp_path: Path) -> None:
     name = "street_12_jpg__rf__4f3e2a19b"
     assert frames(registry.read(yolo(tmp_path, "", **{name: LINE}), "yolo", FILM)) == [12]

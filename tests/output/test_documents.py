@@ -164,7 +164,7 @@ def test_a_killed_run_loses_no_frame(go: Go, film: Path) -> None:
     code, _, error = go(f"track FILM {BOX} -o a.json --overwrite")  # which would lose them
     assert (code, "motes convert a.json.rows.jsonl -o a.json, " in error) == (5, True)
     Path("a.xml.rows.jsonl").touch()
-    remedy = f"motes convert a.xml.rows.jsonl -o a.xml --video {film}, then"
+    remedy = f"motes convert a.xml.rows.jsonl -o a.xml --video {film} --fps 25, then"
     assert remedy in go(f"track FILM {BOX} -o a.xml")[2]
     Path("a.xml.rows.jsonl").unlink()
     for name in ("a.json", "a.xml", "a.txt", "a.csv", "a.jsonl", "a.vot.txt"):

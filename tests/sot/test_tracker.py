@@ -236,6 +236,14 @@ def test_regions_that_are_refused(name: str, target: Any, message: str) -> None:
     assert same(tracker.update(FRAMES[1]), alone.update(FRAMES[1]))
 
 
+def test_a_region_begins_within_a_turn() -> None:
+    tracker = Tracker("nummiaro")
+    tracker.init(FRAMES[0], TARGET)
+    for start in (tracker.init, tracker.reinit):
+        with pytest.raises(ConfigError, match="theta begins with 45; it is in radians"):
+            start(FRAMES[1], (20, 20, 9, 5, 45))
+
+
 @of_algorithms
 def test_nothing_works_before_a_target(name: str, tmp_path: Path) -> None:
     tracker = Tracker(CONFIGS[name])

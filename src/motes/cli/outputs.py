@@ -226,8 +226,10 @@ class DocumentOutput(Sink):
         words = ["motes", "convert", str(self.rows), "-o", str(self.path)]
         if self._form not in _usual_format(str(self.path)):
             words += ["--to", self._form]
-        if FORMATS.resolve(self._form).thinned and is_recorded(self._film.name):
+        if self._form == "cvat" and _kept(self._film):
             words += ["--video", self._film.name]  # which tells where it ends
+            rate = self._film.even_rate
+            words += [] if rate is None else ["--fps", f"{rate:g}"]
         words += ["--with-guesses"] * self._guesses
         return shlex.join(words)
 
@@ -245,7 +247,7 @@ class DocumentOutput(Sink):
             return
         try:
             kept = recording_of_journal(self.rows)
-            if FORMATS.resolve(self._form).thinned:  # whose tools go on after the last keyframe
+            if self._form == "cvat":  # which goes on after the last keyframe
                 kept = dataclasses.replace(kept, length=_length(self._film))
             self._written = write_format(
                 self.path, self._form, kept, self._keyframe_error, guesses=self._guesses
@@ -257,11 +259,16 @@ class DocumentOutput(Sink):
         say_how_to_train(self.path, self._form, kept)
 
 
+def _kept(film: Source | Film) -> bool:
+    """Return whether a film can be read again: it is no camera, and is still there."""
+    return is_recorded(film.name) and os.path.exists(film.name)
+
+
 def _length(film: Source | Film) -> int:
     """Return the number of frames of a whole film, also if a run has ended before; 0 if unknown."""
-    if not is_recorded(film.name):
+    if not _kept(film):
         return 0
-    with suppress(SourceError):  # a camera, or a film that is no longer there
+    with suppress(SourceError):  # it may be damaged by now
         return len(film.files) or len(Film.quickly(film.name, check=lambda: None).times)
     return 0
 

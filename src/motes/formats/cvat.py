@@ -101,7 +101,7 @@ def write(recorded: Recording, keyframe_error: float = KEYFRAME_ERROR) -> Iterat
 def _frames_of_task(recorded: Recording, end: int) -> str:
     """Return the lines on the frames of the task, which ends before the frame `end`."""
     first = recorded.frames[0].frame if end else 0
-    seen = range(first, end, recorded.stride or 1)
+    seen = range(first, end, recorded.stride)
     lines = [f"<size>{len(seen)}</size>", "<mode>interpolation</mode>"]
     if seen.start or seen.step > 1:
         lines.append(f"<start_frame>{seen.start}</start_frame>")

@@ -58,9 +58,11 @@ def note_on_names(names: Iterable[str], facts: FilmFacts) -> list[str]:
     if facts.files:
         return []
     film = text_name(Path(facts.source).stem)
+    names = [*names]
     heads = {_NUMBER.sub("", _ROBOFLOW.sub("", name)) for name in names} - {"", *_OF_ANY}
-    check_one_film(names=heads)
-    if heads <= {film}:
+    if len(heads) < len(names):  # else each name has something of its own, such as a time
+        check_one_film(names=heads)
+    if len(heads) != 1 or heads <= {film}:
         return []
     return [f"its images are named {heads.pop()}; if that is another film than {film}, give it."]
 

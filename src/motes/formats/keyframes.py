@@ -74,7 +74,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
         with at(f"frame {frame}"):
             if region is not None:
                 objects.append(sound(placed(frame, region)))
-    return replace(recording_of(facts, objects, dict.fromkeys(marks)), stride=0)
+    return replace(recording_of(facts, objects, dict.fromkeys(marks)), listed=True)
 
 
 def _absent(first: int, last: int) -> bytes:

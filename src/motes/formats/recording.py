@@ -34,8 +34,8 @@ class Recording:
     few words; `assumed` is whether times are those of 25 frames a second, as no rate is known.
     `length` is the film's number of frames, 0 if unknown; `told` is whether nothing is in those
     that the file does not name; `single` is whether it is of one target, by its format.
-    `stride` is that of the run or task, which skips the frames in between; 0 if the frames are
-    keyframes, so that objects go on between them.
+    `stride` is that of the run or task, which skips the frames in between. `listed` is whether
+    nobody has looked at any other frame, as between keyframes: objects go on there.
     """
 
     head: Header
@@ -47,6 +47,7 @@ class Recording:
     told: bool = False
     single: bool = False
     stride: int = 1
+    listed: bool = False
 
     def __iter__(self) -> Iterator[FrameRow]:
         return iter(self.frames)
@@ -54,12 +55,12 @@ class Recording:
     def following(self) -> dict[int, int]:
         """Return for each frame the next one; an object that is not there does not go on.
 
-        It may be one that `frames` lacks, but none that a stride skips or between keyframes.
+        It may be one that `frames` lacks, but none at which nobody has looked.
         """
         frames = [row.frame for row in self]
-        ahead = self.stride or MAX_FRAME
+        ahead = MAX_FRAME if self.listed else self.stride
         after = {one: min(two, one + ahead) for one, two in pairwise(frames)}
-        return after | {frame: frame + (self.stride or 1) for frame in frames[-1:]}
+        return after | {frame: frame + self.stride for frame in frames[-1:]}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -197,8 +198,8 @@ def recording_of(
 
 
 def stride_of(frames: Sequence[int]) -> int:
-    """Return the stride of frames in order, which are all that somebody has looked at."""
-    return math.gcd(*(two - one for one, two in pairwise(frames))) or 1
+    """Return the stride of frames in order, which three of them tell at least."""
+    return math.gcd(*(two - one for one, two in pairwise(frames))) if len(frames) > 2 else 1
 
 
 def _rate(known: Mapping[int, float]) -> float | None:

@@ -108,7 +108,8 @@ def recording_of_journal(path: Path) -> Recording:
             f"{path} does not hold the rows of a document of this version of motes; they are in a "
             f"file NAME{ENDING}."
         ) from None
-    return Recording(first, frames, left_out, stride=stride_of([row.frame for row in frames]))
+    stride = stride_of([row.frame for row in frames])
+    return Recording(first, frames, left_out, stride=stride, listed=True)
 
 
 def recording_of_rows(
@@ -148,7 +149,8 @@ def recording_of_rows(
                 objects.append(each)
     told = facts.run or range(0)
     found = recording_of(facts, objects, times, left_out=left_out, searched=searched, told=told)
-    return found if facts.run is None else dataclasses.replace(found, stride=facts.run.step)
+    stride = facts.run.step if facts.run is not None else stride_of([row.frame for row in found])
+    return dataclasses.replace(found, stride=stride)
 
 
 def _object(row: Mapping[str, Any], place: Sequence[str], *, rated: bool) -> Track | None:

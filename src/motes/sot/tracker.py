@@ -121,6 +121,7 @@ class Tracker:
         _, last = self._started()
         picture = as_frame(frame, last, self._direction)
         ellipse = region_within(region, picture.width, picture.height)
+        check_angle(ellipse.theta)
         begun = self._algorithm.init(self._rng, self._seen(picture), ellipse)
         return self._take(picture, begun, ellipse.theta)
 
