@@ -47,7 +47,7 @@ def tracker_config(
         return presets.configure(base, settings)
 
 
-def scene_of(
+def load_watch_config(
     preset: str,
     objects: ObjectOptions,
     values: ConfigOptions,

@@ -11,7 +11,7 @@ from cyclopts import App
 from motes.cli.exit_codes import DONE
 from motes.cli.help import Help, HelpAll
 from motes.cli.input_checks import checked_output, numbers_of, point_out_corners
-from motes.cli.load_config import scene_of
+from motes.cli.load_config import load_watch_config
 from motes.cli.option_groups import (
     ConfigOptions,
     FileName,
@@ -93,7 +93,7 @@ def watch(
             "--histogram is for a file of several cameras; for one, see Tracker.search of Python."
         )
     where = counting.regions()
-    config = scene_of(preset, objects, values, own_code=own_code)
+    config = load_watch_config(preset, objects, values, own_code=own_code)
     if values.dump_config:
         from motes.core.config import to_toml
 

@@ -56,10 +56,10 @@ inline std::vector<Run> connected(Bytes mask, int value, Index reach) {
     return runs;
 }
 
-// Writes the number of each pixel's part, from 1 on, or 0; returns left, top, width, height and
-// area of each part, in the order of their first pixels.
-inline ScratchPlane<Index> label(Bytes mask, bool corners, Plane<std::int32_t> labels) {
-    const std::vector<Run> runs = connected(mask, 1, corners ? 1 : 0);
+// Writes the number of each pixel's part, from 1 on, or 0; parts that meet at corners are one.
+// Returns left, top, width, height and area of each part, in the order of their first pixels.
+inline ScratchPlane<Index> label(Bytes mask, Plane<std::int32_t> labels) {
+    const std::vector<Run> runs = connected(mask, 1, 1);
     std::vector<Index> numbers(runs.size());
     Index count = 0;
     for (std::size_t i = 0; i < runs.size(); ++i)

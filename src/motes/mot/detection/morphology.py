@@ -69,5 +69,5 @@ def components(mask: Bytes) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
         (n, 5), left, top, width, height and area of each part.
     """
     labels = np.empty(mask.shape, np.int32)
-    parts = kernels.components.label(np.ascontiguousarray(mask), True, labels)
+    parts = kernels.components.label(np.ascontiguousarray(mask), labels)
     return labels, parts
