@@ -445,6 +445,21 @@ def test_a_region_that_is_not_switched_off_stays(
     assert len({row.objects[0].ellipse for row in found if row.objects}) == 1
 
 
+@pytest.mark.parametrize(
+    ("names", "identities"),
+    [(("motes-5", "motes-2"), [5, 2]), (("motes-5", "x7"), [1, 2]), ((None, None), [1, 2])],
+)
+def test_regions_that_motes_has_named_keep_their_numbers(
+    names: tuple[str | None, ...], identities: list[int], tmp_path: Path
+) -> None:
+    value = {"sequence": [{"frame": 1, **LABELED}], "framesCount": 1}
+    result = [{"type": "videorectangle", "value": value, "id": name} for name in names]
+    path = tmp_path / "a.ls.json"
+    path.write_text(json.dumps([{"annotations": [{"result": result}]}]))
+    (row,) = registry.read(path, "label-studio", FilmFacts(width=320, height=240))
+    assert [each.identity for each in row.objects] == identities
+
+
 @pytest.mark.parametrize("fps", [None, 30_000 / 1001])
 @pytest.mark.parametrize("begin", [0.0, 3.5])
 def test_times_between_keyframes_are_those_of_the_film(

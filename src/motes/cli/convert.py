@@ -286,7 +286,7 @@ def _checked(recorded: Recording, rows: Path, facts: FilmFacts, fps: float | Non
     if facts.end is not None and last_time > facts.end + LATE:
         raise SourceError(
             f"{rows} has times up to {last_time:g}, in seconds, but the film's last frame is at "
-            f"{facts.end:g}; correct them, or give their --fps, or the film that they belong to."
+            f"{facts.end:g}; correct them, or give the film that they belong to."
         )
     if facts.width and not head.width:
         head = replace(head, width=facts.width, height=facts.height)

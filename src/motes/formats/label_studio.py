@@ -7,6 +7,7 @@ percent of the picture's sides, frames count from 1. https://labelstud.io/tags/v
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -159,6 +160,7 @@ class VideoRegion(msgspec.Struct):
 
     value: Value
     type: str = ""
+    id: Any = None
 
 
 class _Result(msgspec.Struct):
@@ -197,9 +199,10 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     end = min((each for each in (count, facts.frames) if each), default=0)
     clock = _Clock(end=end) if own else _Clock.of(facts, rate, count, end)
     objects = []
-    for identity, region in enumerate(drawn, start=1):
+    numbered = zip(_identities(drawn), drawn, strict=True)
+    for place, (identity, region) in enumerate(numbered, start=1):
         label = label_or_none(next(iter(region.value.labels), None), facts.label)
-        with at(f"region {identity}"):
+        with at(f"region {place}"):
             if not region.value.sequence:
                 raise ValueError("it has no sequence of keyframes")
             if len({key.frame for key in region.value.sequence}) < len(region.value.sequence):
@@ -213,6 +216,14 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     if not facts.fps:
         facts = replace(facts, fps=rate)
     return replace(recording_of(facts, objects, times, left_out=left_out), notes=clock.notes)
+
+
+def _identities(regions: Sequence[VideoRegion]) -> list[int]:
+    """Return the identities of objects: those by which motes has named them, or their numbers."""
+    named = (re.fullmatch(r"motes-(\d{1,9})", str(each.id)) for each in regions)
+    found = [int(name[1]) for name in named if name]
+    whole = len({*found}) == len(regions)
+    return found if whole else [*range(1, len(regions) + 1)]
 
 
 def _result(task: _VideoTask) -> tuple[_Result, int]:
