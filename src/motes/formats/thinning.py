@@ -30,9 +30,9 @@ def keyframes(
     forced
         (n,), rows that are keyframes anyway. The first and the last one always are.
     error
-        Largest deviation of a coordinate.
+        Largest deviation of a coordinate. With 0, each row is a keyframe.
     """
-    chosen = forced.copy()
+    chosen = forced | (error == 0)
     chosen[[0, -1]] = True
     start = 0
     while start < len(frames) - 1:
