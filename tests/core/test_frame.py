@@ -141,3 +141,10 @@ def test_a_time_is_a_number(time: Any) -> None:
 def test_an_index_is_a_whole_number(index: Any) -> None:
     with pytest.raises(SourceError, match="index is a whole number"):
         Frame(index, 0.0, np.zeros((4, 5, 3), np.uint8))
+
+
+@pytest.mark.parametrize(("step", "index", "time"), [(1, 6, 0.24), (-1, 4, 0.16)])
+def test_an_image_follows_the_last_frame(step: int, index: int, time: float) -> None:
+    found = as_frame(RGB, Frame(5, 0.2, RGB), step)
+    assert found.index == index
+    assert found.time == pytest.approx(time)

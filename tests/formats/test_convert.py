@@ -155,6 +155,16 @@ def test_an_object_goes_on_through_what_a_stride_skips(go: Tell) -> None:
         assert boxes_back(go, document) == [*range(0, 20, 3)]
 
 
+def test_two_frames_tell_no_stride_but_their_run_does(go: Tell) -> None:
+    film(range(7), (320, 240))
+    assert go("track film --init 8,6,10,8 --stride 3 --end 4 -o run.csv")[0] == 0
+    for ends, document in (([6], "known.xml"), ([1, 4], "lone.xml")):
+        assert go(f"convert run.csv {document} --video film")[0] == 0
+        Path("run.csv.run.json").unlink(missing_ok=True)
+        boxes = ElementTree.parse(document).findall("track/box")
+        assert [int(box.get("frame", "")) for box in boxes if box.get("outside") == "1"] == ends
+
+
 @pytest.mark.parametrize("source", ["film", "film.mkv"])
 @pytest.mark.parametrize(
     ("options", "ends"),

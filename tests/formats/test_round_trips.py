@@ -199,7 +199,6 @@ def test_keyframes_are_few_and_interpolation_is_near(tmp_path: Path) -> None:
 @given(
     st.lists(st.floats(-50, 50), min_size=2, max_size=60), st.floats(0, 20), st.integers(0, 2**32)
 )
-@example([0.0, 1.0, 2.0], 0.0, 0)
 def test_rows_between_keyframes_are_within_the_error(
     values: list[float], error: float, seed: int
 ) -> None:
@@ -209,10 +208,15 @@ def test_rows_between_keyframes_are_within_the_error(
     keys = keyframes(frames, places, rng.random(len(values)) < 0.1, error)
     assert keys[0]
     assert keys[-1]
-    assert keys.all() or error > 0
     for column in places.T:
         between = np.interp(frames, frames[keys], column[keys])
         assert np.abs(between - column).max() <= error + 1e-9
+
+
+@pytest.mark.parametrize(("error", "found"), [(0.0, [1, 1, 1]), (0.1, [1, 0, 1])])
+def test_without_an_error_each_row_is_a_keyframe(error: float, found: list[int]) -> None:
+    even = np.array([[0.0], [1.0], [2.0]])
+    assert keyframes(np.arange(3), even, np.zeros(3, bool), error).tolist() == found
 
 
 def test_a_file_of_keyframes(tmp_path: Path) -> None:
