@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
 
 from motes.synthetic.clips import still
 from motes.video.writer import VideoWriter
@@ -36,7 +36,7 @@ def film(path: Path, frames: int = FRAMES) -> Path:
 @contextmanager
 def browsing() -> Iterator[Browser]:
     """Give a browser."""
-    # One process draws all pages, and none is started in advance.
+    # One process draws all pages of a context, and none is started in advance.
     options = ["--disable-gpu", "--disable-background-networking", "--process-per-site"]
     options += ["--disable-features=SpareRendererForSitePerProcess"]
     if os.geteuid() == 0:
@@ -47,6 +47,15 @@ def browsing() -> Iterator[Browser]:
             yield browser
         finally:
             browser.close()
+
+
+def visitors(browser: Browser, **options: Any) -> BrowserContext:
+    """Return a context for pages of visitors who have a clipboard."""
+    given = {"viewport": {"width": 1280, "height": 720}, **options}
+    context = browser.new_context(**given)
+    context.grant_permissions(["clipboard-read", "clipboard-write"])
+    context.set_default_timeout(1000 * PATIENCE)
+    return context
 
 
 class Shown:
@@ -60,12 +69,9 @@ class Shown:
         Errors on the page, and requests to other places.
     """
 
-    def __init__(self, browser: Browser, address: str, **options: Any) -> None:
-        given = {"viewport": {"width": 1280, "height": 720}, **options}
-        self.context = browser.new_context(**given)
-        self.context.grant_permissions(["clipboard-read", "clipboard-write"])
-        self.context.set_default_timeout(1000 * PATIENCE)
-        self.page: Page = self.context.new_page()
+    def __init__(self, context: BrowserContext, address: str) -> None:
+        self.context = context
+        self.page: Page = context.new_page()
         self.wrong: list[str] = []
         self.page.on("pageerror", lambda error: self.wrong.append(str(error)))
         self.page.on(
@@ -86,7 +92,7 @@ class Shown:
 
     def close(self) -> None:
         """Close the page; fail if something on it was wrong."""
-        self.context.close()
+        self.page.close()
         assert not self.wrong, self.wrong
 
     def state(self, of: str) -> Any:

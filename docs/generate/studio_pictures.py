@@ -14,7 +14,7 @@ from playwright.sync_api import Browser
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "tests"))
 
-from browsers import Shown, browsing
+from browsers import Shown, browsing, visitors
 from motes.synthetic import crossing
 from motes.video.writer import VideoWriter
 from studios import Program
@@ -27,7 +27,7 @@ TARGET = (95.8, 347.6, 35.8, 25.1)
 @contextmanager
 def page(browser: Browser, address: str, colors: str = "dark") -> Iterator[Shown]:
     """Open the studio as a visitor."""
-    shown = Shown(browser, address, color_scheme=colors)
+    shown = Shown(visitors(browser, color_scheme=colors), address)
     yield shown
     shown.close()
 

@@ -7,12 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
-from playwright.sync_api import Browser
+from playwright.sync_api import Browser, BrowserContext
 
-from browsers import CHROMIUM, Shown, browsing, film
+from browsers import CHROMIUM, Shown, browsing, film, visitors
 from studios import Program
 
 
@@ -32,21 +31,28 @@ def films(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="package")
+def context(browser: Browser) -> BrowserContext:
+    return visitors(browser)
+
+
+@pytest.fixture(scope="package")
 def studio(
-    browser: Browser, films: Path, tmp_path_factory: pytest.TempPathFactory
+    context: BrowserContext, films: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Program]:
     program = Program(films, tmp_path_factory.mktemp("data"))
+    # While one page stays, so does the process that draws them all: to start it takes long.
+    context.new_page().goto(f"{program.address}static/logo.svg")
     yield program
     program.close()
 
 
 @pytest.fixture
-def visit(browser: Browser, studio: Program) -> Iterator[Callable[..., Shown]]:
+def visit(context: BrowserContext, studio: Program) -> Iterator[Callable[[], Shown]]:
     """Return a function that opens the studio's page as one more visitor."""
     opened: list[Shown] = []
 
-    def visitor(**options: Any) -> Shown:
-        opened.append(Shown(browser, studio.address, **options))
+    def visitor() -> Shown:
+        opened.append(Shown(context, studio.address))
         return opened[-1]
 
     yield visitor
@@ -55,5 +61,5 @@ def visit(browser: Browser, studio: Program) -> Iterator[Callable[..., Shown]]:
 
 
 @pytest.fixture
-def shown(visit: Callable[..., Shown]) -> Shown:
+def shown(visit: Callable[[], Shown]) -> Shown:
     return visit()

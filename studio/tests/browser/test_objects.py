@@ -100,7 +100,7 @@ def test_a_run_is_followed_with_what_the_tracker_sees(shown: Shown) -> None:
     assert shown.page.evaluate("window.seen.length > 0 && window.seen.every(Boolean)")
 
 
-def test_two_people_see_the_same_session(visit: Callable[..., Shown]) -> None:
+def test_two_people_see_the_same_session(visit: Callable[[], Shown]) -> None:
     one, two = visit(), visit()
     session = one.open()
     two.page.goto(f"{two.address}#{session}")

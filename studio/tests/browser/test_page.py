@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, get_args
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Browser
+from playwright.sync_api import BrowserContext
 
 from browsers import CORNERS, FRAMES, START, Shown, film
 from motes_studio import commands, messages, protocol
@@ -108,9 +107,11 @@ def test_rows_come_back_by_import(shown: Shown, tmp_path: Path) -> None:
     shown.until(f"s.rows.get(2)?.filter(Boolean).length === {FRAMES}")
 
 
-def test_a_killed_server_loses_nothing(browser: Browser, films: Path, tmp_path: Path) -> None:
+def test_a_killed_server_loses_nothing(
+    context: BrowserContext, films: Path, tmp_path: Path
+) -> None:
     first = Program(films, tmp_path)
-    shown = Shown(browser, first.address)
+    shown = Shown(context, first.address)
     try:
         session = shown.open()
         shown.draw()
@@ -145,10 +146,11 @@ def test_a_killed_server_loses_nothing(browser: Browser, films: Path, tmp_path: 
         first.close()
 
 
-def test_axe_finds_nothing(visit: Callable[..., Shown]) -> None:
-    # axe is put into the page by a tool; the policy of the page would refuse it
-    shown = visit(bypass_csp=True)
+def test_axe_finds_nothing(shown: Shown) -> None:
     page = shown.page
+    # axe is put into the page by a tool; the policy of the page would refuse it
+    shown.context.new_cdp_session(page).send("Page.setBypassCSP", {"enabled": True})
+    page.reload()
 
     def check(where: str) -> None:
         for colors in ("light", "dark"):
@@ -196,11 +198,11 @@ def test_nothing_sticks_out_of_the_window(shown: Shown) -> None:
         assert heights[-1][1] <= height + 1
 
 
-def test_fingers_draw_and_zoom(visit: Callable[..., Shown]) -> None:
-    shown = visit(has_touch=True)
+def test_fingers_draw_and_zoom(shown: Shown) -> None:
+    touch = shown.context.new_cdp_session(shown.page)
+    touch.send("Emulation.setTouchEmulationEnabled", {"enabled": True})
     shown.open()
     shown.page.keyboard.press("b")
-    touch = shown.context.new_cdp_session(shown.page)
 
     def send(kind: str, *points: tuple[float, float]) -> None:
         given: list[dict[str, Any]] = [
@@ -220,13 +222,15 @@ def test_fingers_draw_and_zoom(visit: Callable[..., Shown]) -> None:
     shown.until("s.view?.scale > 2")
 
 
-def test_a_folder_without_film_offers_those_of_the_demo(browser: Browser, tmp_path: Path) -> None:
+def test_a_folder_without_film_offers_those_of_the_demo(
+    context: BrowserContext, tmp_path: Path
+) -> None:
     """They are made after a click, and offered again when the first is there."""
     empty = tmp_path / "empty"
     empty.mkdir()
     program = Program(empty, tmp_path / "data")
     try:
-        shown = Shown(browser, program.address)
+        shown = Shown(context, program.address)
         page, films = shown.page, shown.page.get_by_label("Films", exact=True)
         films.get_by_text("There is no film in the folder").wait_for()
         films.get_by_role("button", name="A player among others").click()
