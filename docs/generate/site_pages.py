@@ -86,7 +86,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 def api_page() -> str:
     """Return the page of public names, for mkdocstrings, by the package they come from."""
     names: dict[str, list[str]] = defaultdict(list)
-    members = griffe.load("motes").members
+    members = griffe.load("motes", submodules=False).members
     for name in sorted(set(motes.__all__).difference(MODULES)):
         member = members[name]
         assert isinstance(member, griffe.Alias)
