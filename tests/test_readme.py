@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from PIL import Image
 
-from motes import Status, open_source, synthetic
+from motes import Status, synthetic
 from motes.cli.app import commands as known_commands
 from motes.video.writer import VideoWriter
 from motes_lab.cli.app import app as lab_app
@@ -68,13 +67,6 @@ def folder(video: Path, street: Path, tmp_path: Path, monkeypatch: pytest.Monkey
     (tmp_path / "task.xml").write_text(TASK, encoding="utf-8")
     (tmp_path / "labels").mkdir()
     (tmp_path / "labels" / "street_1.txt").write_text("0 0.5 0.5 0.1 0.2 0.9\n", encoding="utf-8")
-    pictures = tmp_path / "sequences" / "beetle" / "img"
-    pictures.mkdir(parents=True)
-    with open_source(video, end=6) as film:
-        for frame in film:
-            Image.fromarray(frame.pixels).save(pictures / f"{frame.index + 1:04}.png")
-    rows = "".join(f"{301 + i},201,40,60\n" for i in range(6))
-    (pictures.parent / "groundtruth_rect.txt").write_text(rows)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
