@@ -5,6 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 DEMO_READY := $(VENV)/demo-ready
 READY := $(VENV)/ready
+COMPILED := $(VENV)/compiled
 ALL := --no-build-isolation --editable '.[all,dev,docs]' --editable ./studio --editable './fleet[mqtt]' \
 	--editable './lab[peers]'
 # uv takes a quarter of pip's time. It does not read pip's settings: what it cannot find, pip installs,
@@ -48,11 +49,14 @@ check: lint
 test: ready
 	@$(MAKE) --no-print-directory -j 2 lint suite
 
-# Modules are compiled once, before all workers need them. Neighbors stay in one process, which then
-# makes what they share once.
-suite: ready
-	@-$(BIN)/python -m pytest --collect-only -qq > /dev/null
+# Neighbors stay in one process, which then makes what they share once.
+suite: ready $(COMPILED)
 	$(BIN)/python -m pytest -m '' -n auto --dist worksteal
+
+# The first time, modules are compiled before all workers need them; later, few have changed.
+$(COMPILED): | ready
+	@-$(BIN)/python -m pytest --collect-only -qq > /dev/null
+	touch $@
 
 # It takes longer than the tests alone, and ends with an error below the floor in pyproject.toml.
 coverage: ready
