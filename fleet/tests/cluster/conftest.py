@@ -10,6 +10,13 @@ from typing import Any
 
 import pytest
 
+HEAD = {
+    "num_cpus": 1,
+    "include_dashboard": False,
+    "include_log_monitor": False,
+    "no_monitor": True,
+}
+"""Nobody reads the logs of workers, or waits for nodes that a cloud adds."""
 QUICK = {
     "health_check_initial_delay_ms": 1000,
     "health_check_period_ms": 1000,
@@ -26,13 +33,12 @@ def any_cluster() -> Iterator[Any]:
     pytest.importorskip("ray", reason="a cluster needs ray: pip install 'motes-fleet[ray]'")
     from ray.cluster_utils import Cluster
 
-    head = {"num_cpus": 1, "include_dashboard": False, "_system_config": QUICK}
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
         patch.setenv("RAY_raylet_start_wait_time_s", "600")  # on a busy machine it may take long
         here = str(Path(__file__).parents[1])  # workers find what tests bring, and this motes
         patch.setenv("PYTHONPATH", os.pathsep.join(filter(None, [here, *sys.path])))
-        made = Cluster(initialize_head=True, head_node_args=head)
+        made = Cluster(initialize_head=True, head_node_args=HEAD | {"_system_config": QUICK})
         try:
             yield made
         finally:
