@@ -6,6 +6,7 @@ import contextlib
 import csv
 import sys
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -98,6 +99,7 @@ nothing = 3
 '''
 
 
+@cache  # its ground is rendered once
 def still() -> Clip:
     """Return a clip whose target hardly moves."""
     return synthetic.still(SIZE, target=(30, 40), frames=FRAMES)

@@ -19,12 +19,20 @@ MOTES = f"{sys.executable} -m motes"
 HUGE = "99999999999999999999"
 
 
-@pytest.fixture
-def go(here: Path, capfd: pytest.CaptureFixture[str]) -> Tell:
-    """Run a command on a film of two frames."""
-    with VideoWriter("film.mkv", 25) as writer:
+@pytest.fixture(scope="module")
+def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a film of two frames."""
+    path = tmp_path_factory.mktemp("film") / "film.mkv"
+    with VideoWriter(path, 25) as writer:
         for frame, _ in synthetic.still((160, 120), target=(30, 40), frames=2):
             writer.write(frame.pixels)
+    return path
+
+
+@pytest.fixture
+def go(film: Path, here: Path, capfd: pytest.CaptureFixture[str]) -> Tell:
+    """Run a command in a folder with a film."""
+    Path("film.mkv").symlink_to(film)
     return telling(capfd)
 
 

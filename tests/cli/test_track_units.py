@@ -16,12 +16,19 @@ from motes.synthetic.clips import crowd
 TRACK = "track film --init 40,30,20,30 --preset nummiaro -o rows.csv"
 
 
-@pytest.fixture
-def go(here: Path, capfd: pytest.CaptureFixture[str]) -> Tell:
-    """Run motes in a folder with a film of twelve images."""
-    Path("film").mkdir()
+@pytest.fixture(scope="module")
+def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a film of twelve images."""
+    folder = tmp_path_factory.mktemp("film")
     for frame, _ in crowd((120, 90), (20, 30), 12):
-        Image.fromarray(frame.pixels).save(f"film/{frame.index}.png")
+        Image.fromarray(frame.pixels).save(folder / f"{frame.index}.png")
+    return folder
+
+
+@pytest.fixture
+def go(film: Path, here: Path, capfd: pytest.CaptureFixture[str]) -> Tell:
+    """Run motes in a folder with the film."""
+    Path("film").symlink_to(film)
     return telling(capfd)
 
 
