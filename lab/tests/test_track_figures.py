@@ -6,6 +6,8 @@ import math
 import os
 import tempfile
 from collections.abc import Callable
+from functools import cache
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +31,7 @@ from motes import (
 )
 from motes.cli import Moment, main
 from motes.cues import Color
+from motes.synthetic import Clip
 from motes_lab.track_figures.charts import RhoSurface, Series
 from motes_lab.track_figures.figures import (
     CUE_WEIGHTS,
@@ -66,12 +69,18 @@ class Recorder(TrackFigures):
         return None if self._kept is None else surface_of(self._config, *self._kept)
 
 
-def recorded(name: str, frames: int, size: tuple[int, int] = (160, 120)) -> tuple[Recorder, Series]:
+@cache  # its ground is rendered once
+def clip() -> Clip:
+    """Return a small clip with a target that grows."""
+    return synthetic.growing((160, 120), 9, factor=1.5)
+
+
+def recorded(name: str, frames: int) -> tuple[Recorder, Series]:
     """Return the figures of a run on a small clip, and the numbers that they should have."""
     base, changes = VARIANTS.get(name, (name, {}))
     config = configure(preset(base), changes)
     recorder, tracker, rows, cue_weights = Recorder(config), Tracker(config, seed=1), [], []
-    for frame, (truth,) in synthetic.growing(size, frames, factor=1.5):
+    for frame, (truth,) in islice(clip(), frames):
         track = tracker.update(frame) if frame.index else tracker.init(frame, truth.ellipse)
         seconds, mean_shift_seconds = (
             0.001 + frame.index,
@@ -126,11 +135,10 @@ def drawn(recorder: Recorder) -> list[str]:
 def go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Go:
     """Track the target of a small film in a folder; return exit code and standard error."""
     monkeypatch.chdir(tmp_path)
-    clip = synthetic.growing((160, 120), 9, factor=1.5)
     with VideoWriter("film.mkv", 25) as writer:
-        for frame, _ in clip:
+        for frame, _ in clip():
             writer.write(frame.pixels, frame.time)
-    box = ",".join(f"{value:.1f}" for value in clip[0][1][0].ellipse.box)
+    box = ",".join(f"{value:.1f}" for value in clip()[0][1][0].ellipse.box)
 
     def run(options: str) -> tuple[int, str]:
         capfd.readouterr()
@@ -171,7 +179,7 @@ def test_the_surface_of_two_cues_is_their_mean() -> None:
     recorder, _ = recorded("maggio", 1)
     surface = recorder.surface()
     assert surface is not None
-    frame, (truth,) = synthetic.growing((160, 120), 1, factor=1.5)[0]
+    frame, (truth,) = clip()[0]
     tracker = Tracker(recorder._config, seed=1)
     tracker.init(frame, truth.ellipse)
     center = tracker.info.track.ellipse
@@ -188,7 +196,7 @@ def test_the_surface_is_rho_at_each_place() -> None:
     recorder, _ = recorded("nummiaro", 1)
     surface = recorder.surface()
     assert surface is not None
-    frame, (truth,) = synthetic.growing((160, 120), 1, factor=1.5)[0]
+    frame, (truth,) = clip()[0]
     config = preset("nummiaro")
     assert isinstance(config, ParticleFilter)
     cue = config.color
