@@ -10,7 +10,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes.sot.bare import bare_note
-from textured import seen, textured
+from textured import blocks
 
 BOX = 140, 100, 40, 30
 MIDDLE = 160, 115
@@ -47,7 +47,7 @@ def stripes() -> Floats:
     return np.where(np.arange(320) < 160, 60.0, 200.0) + wall(1.0, 0.0) - 100
 
 
-TEXTURE: Floats = seen(textured(), 200, 200).pixels[..., 0].astype(float)
+TEXTURE: Floats = blocks(1, 240, 320, 7, (60, 60, 60), (190, 190, 190))[..., 0].astype(float)
 
 
 @pytest.mark.parametrize(

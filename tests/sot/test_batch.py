@@ -5,16 +5,22 @@ from __future__ import annotations
 import copy
 import pickle
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from motes import ConfigError, FormatError, SourceError, Tracker, Trackers, synthetic
+from motes.core.frame import Frame
 from motes.core.geometry import Box
 
-CLIP = [frame for frame, _ in synthetic.demo((160, 120), frames=6)]
 REGIONS = [Box(20, 30, 20, 30), Box(60.5, 40, 24, 20), Box(100, 20, 30, 40)]
+
+
+@cache
+def clip() -> list[Frame]:
+    return [frame for frame, _ in synthetic.demo((160, 120), frames=6)]
 
 
 @pytest.mark.slow
@@ -22,10 +28,10 @@ REGIONS = [Box(20, 30, 20, 30), Box(60.5, 40, 24, 20), Box(100, 20, 30, 40)]
 @pytest.mark.parametrize("preset", ["nummiaro:adaptive", "ng_delp"])
 def test_each_is_followed_as_if_alone(preset: str, threads: int) -> None:
     with Trackers(preset, seed=3, threads=threads) as trackers:
-        tracks = [trackers.init(CLIP[0], REGIONS)] + [trackers.update(f) for f in CLIP[1:]]
+        tracks = [trackers.init(clip()[0], REGIONS)] + [trackers.update(f) for f in clip()[1:]]
     for i, region in enumerate(REGIONS):
         alone = Tracker(preset, seed=3 + i)
-        for index, frame in enumerate(CLIP):
+        for index, frame in enumerate(clip()):
             track = alone.update(frame) if index else alone.init(frame, region)
             assert tracks[index][i].ellipse == track.ellipse
             assert tracks[index][i].confidence == track.confidence
@@ -38,21 +44,21 @@ def test_what_is_refused() -> None:
     with pytest.raises(ConfigError, match="No preset 'csrt'"):
         Trackers("csrt")
     with pytest.raises(ConfigError, match="nothing to follow"):
-        Trackers().init(CLIP[0], [])
+        Trackers().init(clip()[0], [])
     with pytest.raises(ConfigError, match="no targets yet"):
-        Trackers().update(CLIP[0])
+        Trackers().update(clip()[0])
     trackers = Trackers()
-    trackers.init(CLIP[0], REGIONS)
+    trackers.init(clip()[0], REGIONS)
     with pytest.raises(ConfigError, match="center outside"):
-        trackers.init(CLIP[0], [REGIONS[0], (500, 5, 10, 10)])
-    assert len(trackers.update(CLIP[1])) == 3  # what was followed before still is
+        trackers.init(clip()[0], [REGIONS[0], (500, 5, 10, 10)])
+    assert len(trackers.update(clip()[1])) == 3  # what was followed before still is
     with pytest.raises(SourceError, match="160x120"):
         trackers.update(np.zeros((50, 50, 3), np.uint8))
     trackers.close()
     with pytest.raises(ConfigError, match="are closed; make new ones"):
-        trackers.update(CLIP[1])
+        trackers.update(clip()[1])
     with pytest.raises(ConfigError, match="are closed; make new ones"):
-        trackers.init(CLIP[0], REGIONS)
+        trackers.init(clip()[0], REGIONS)
 
 
 @pytest.mark.parametrize("threads", [1, 2])
@@ -69,17 +75,17 @@ def test_a_frame_s_planes_are_shared(threads: int) -> None:
 def test_objects_come_and_go() -> None:
     """What was there before is followed as if nothing had happened."""
     trackers, alone = Trackers("nummiaro", seed=3), Tracker("nummiaro", seed=4)
-    trackers.init(CLIP[0], REGIONS[:1])
-    trackers.update(CLIP[1])
+    trackers.init(clip()[0], REGIONS[:1])
+    trackers.update(clip()[1])
     first = trackers.add(REGIONS[1])
-    assert first.ellipse == alone.init(CLIP[1], REGIONS[1]).ellipse
-    trackers.update(CLIP[2])
+    assert first.ellipse == alone.init(clip()[1], REGIONS[1]).ellipse
+    trackers.update(clip()[2])
     trackers.remove(0)
-    alone.update(CLIP[2])
-    [track] = trackers.update(CLIP[3])
-    assert track.ellipse == alone.update(CLIP[3]).ellipse
+    alone.update(clip()[2])
+    [track] = trackers.update(clip()[3])
+    assert track.ellipse == alone.update(clip()[3]).ellipse
     trackers.remove(0)
-    assert trackers.update(CLIP[4]) == []
+    assert trackers.update(clip()[4]) == []
     assert trackers.add(REGIONS[2]).frame == 4
     for place in (1, -1, None):
         with pytest.raises(ConfigError, match=f"no object {place}; there are 1"):
@@ -91,7 +97,7 @@ def test_saved_trackers_go_on(tmp_path: Path, threads: int) -> None:
     trackers = Trackers("nummiaro", seed=3, bgr=True)
     with pytest.raises(ConfigError, match="no targets yet"):
         trackers.save(tmp_path / "saved")
-    bgr = [frame.pixels[:, :, ::-1] for frame in CLIP]
+    bgr = [frame.pixels[:, :, ::-1] for frame in clip()]
     trackers.init(bgr[0], REGIONS)
     trackers.update(bgr[1])
     trackers.remove(1)
@@ -116,10 +122,10 @@ def test_saved_trackers_go_on(tmp_path: Path, threads: int) -> None:
 )
 def test_a_copy_is_independent(twice: Callable[[Trackers], Trackers]) -> None:
     with Trackers("nummiaro", threads=2) as trackers:
-        trackers.init(CLIP[0], REGIONS)
-        trackers.update(CLIP[1])
+        trackers.init(clip()[0], REGIONS)
+        trackers.update(clip()[1])
         with twice(trackers) as other:
-            found = other.update(CLIP[2])
+            found = other.update(clip()[2])
             other.remove(0)
-        again = trackers.update(CLIP[2])
+        again = trackers.update(clip()[2])
         assert [track.ellipse for track in found] == [track.ellipse for track in again]

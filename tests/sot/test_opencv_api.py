@@ -22,8 +22,13 @@ from motes.sot.opencv_api import OpenCVTracker
 from motes.sot.tracker import Tracker
 
 CLIP = synthetic.still((160, 120), target=(30, 40), frames=3)
-IMAGES = [frame.pixels[:, :, ::-1] for frame, _ in CLIP]
-BOX = tuple(round(value) for value in CLIP[0][1][0].ellipse.box)
+BOX = tuple(round(value) for value in Ellipse(*CLIP.targets[0].states[0]).box)
+
+
+@cache
+def shown(index: int) -> Bytes:
+    """Return a frame of the clip as OpenCV reads it."""
+    return CLIP[index][0].pixels[:, :, ::-1]
 
 
 def test_the_methods_are_those_of_opencv() -> None:
@@ -36,8 +41,8 @@ def test_the_same_calls_work_for_both() -> None:
     cv2 = pytest.importorskip("cv2")
     for kind in (cv2.TrackerMIL, OpenCVTracker):
         tracker = kind.create()
-        assert tracker.init(IMAGES[0], BOX) is None
-        ok, box = tracker.update(IMAGES[1])
+        assert tracker.init(shown(0), BOX) is None
+        ok, box = tracker.update(shown(1))
         assert ok is True
         assert all(type(value) is int for value in box)
         assert np.abs(np.array(box) - BOX).max() <= 3
@@ -54,10 +59,10 @@ def test_create_is_the_constructor() -> None:
     ("call", "error", "message"),
     [
         (lambda: OpenCVTracker.create("csrt"), ConfigError, "No preset"),
-        (lambda: OpenCVTracker().init(IMAGES[0], (30, 36, 10)), ConfigError, "A box has 4 numbers"),
-        (lambda: OpenCVTracker().init(IMAGES[0], None), ConfigError, "got None"),  # type: ignore[arg-type]
+        (lambda: OpenCVTracker().init(shown(0), (30, 36, 10)), ConfigError, "A box has 4 numbers"),
+        (lambda: OpenCVTracker().init(shown(0), None), ConfigError, "got None"),  # type: ignore[arg-type]
         (lambda: OpenCVTracker().init(None, BOX), SourceError, "no picture"),  # type: ignore[arg-type]
-        (lambda: OpenCVTracker().update(IMAGES[0]), ConfigError, "no target yet"),
+        (lambda: OpenCVTracker().update(shown(0)), ConfigError, "no target yet"),
         (lambda: OpenCVTracker().track, ConfigError, "no track before init"),
     ],
 )
@@ -79,9 +84,13 @@ def test_found_and_confident_is_what_is_tracked() -> None:
     assert answers[-1] is False
 
 
-FRAMES, TRUTHS = zip(*synthetic.turning((120, 90), frames=4), strict=True)
-START = TRUTHS[0][0].ellipse
-PIXELS = [frame.pixels for frame in FRAMES]
+TURNING = synthetic.turning((120, 90), frames=4)
+START = Ellipse(*TURNING.targets[0].states[0])
+
+
+@cache
+def pictures() -> list[Bytes]:
+    return [frame.pixels for frame, _ in TURNING]
 
 
 def bgr(pixels: Bytes) -> Bytes:
@@ -128,7 +137,7 @@ def follow(name: str, images: list[Bytes], region: Ellipse = START) -> list[Trac
 
 @cache
 def expected(name: str) -> list[Track]:
-    return follow(name, PIXELS)
+    return follow(name, pictures())
 
 
 def assert_same(found: list[Track], wanted: list[Track]) -> None:
@@ -142,8 +151,8 @@ def assert_same(found: list[Track], wanted: list[Track]) -> None:
 @pytest.mark.parametrize("name", KINDS)
 def test_views_give_the_same_tracks(name: str) -> None:
     for view in VIEWS:
-        views = [view(pixels) for pixels in PIXELS]
-        for pixels, image in zip(PIXELS, views, strict=True):
+        views = [view(pixels) for pixels in pictures()]
+        for pixels, image in zip(pictures(), views, strict=True):
             assert as_rgb(image) is image
             np.testing.assert_array_equal(image, pixels)
         assert_same(follow(name, views), expected(name))
@@ -154,10 +163,10 @@ def test_opencv_images_are_read_where_they_lie(name: str) -> None:
     tracker = OpenCVTracker(name, seed=2)
     box = tuple(round(value) for value in START.box)
     plain = Tracker(name, seed=2)
-    image = PIXELS[0][:, :, ::-1].copy()
+    image = pictures()[0][:, :, ::-1].copy()
     tracker.init(image, box)
-    assert_same([tracker.tracker.info.track], [plain.init(PIXELS[0], box)])
-    for pixels in PIXELS[1:]:
+    assert_same([tracker.tracker.info.track], [plain.init(pictures()[0], box)])
+    for pixels in pictures()[1:]:
         image[:] = pixels[:, :, ::-1]  # as a camera writes into the same memory again
         tracker.update(image)
         assert_same([tracker.tracker.info.track], [plain.update(pixels)])

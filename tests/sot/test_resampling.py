@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import Any, cast
 
 import numpy as np
@@ -13,6 +14,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes import ConfigError, Tracker, preset, synthetic
+from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.core.types import Floats
@@ -144,8 +146,13 @@ def test_selection_is_due_where_few_weights_count(
 
 FIRST = Ellipse(50, 50, 10, 40)  # a mean half-axis of 20
 WIDE = KldSampling(min=1, max=10**6, error=0.1, bin=1.0)
-CLIP = [frame for frame, _ in synthetic.still((160, 120), target=(30, 40), frames=12)]
-REGION = synthetic.still((160, 120), target=(30, 40), frames=1)[0][1][0].ellipse
+
+
+@cache
+def clip() -> tuple[list[Frame], Ellipse]:
+    """Return the frames of a clip, and its target's region."""
+    frames, truths = zip(*synthetic.still((160, 120), target=(30, 40), frames=12), strict=True)
+    return list(frames), truths[0][0].ellipse
 
 
 def apart(k: int) -> Any:
@@ -178,10 +185,11 @@ def test_bins_are_in_units_of_the_target() -> None:
 
 def numbers(config: ParticleFilter) -> list[int]:
     """Return how many particles each frame after the first had."""
+    frames, target = clip()
     tracker = Tracker(config)
-    tracker.init(CLIP[0], REGION)
+    tracker.init(frames[0], target)
     found = []
-    for frame in CLIP[1:]:
+    for frame in frames[1:]:
         track = tracker.update(frame)
         info = tracker.info
         assert len(info.weights) == len(info.ellipses)
@@ -206,9 +214,10 @@ def test_a_filter_with_a_budget_follows_its_spread(name: str) -> None:
 
 
 def test_the_first_frame_is_within_the_budget() -> None:
+    frames, target = clip()
     for least, most, first in ((300, 500, 300), (10, 40, 40), (50, 500, 100)):
         tracker = Tracker(config(budget=KldSampling(min=least, max=most)))
-        tracker.init(CLIP[0], REGION)
+        tracker.init(frames[0], target)
         assert len(tracker.info.weights) == first
 
 
@@ -281,9 +290,10 @@ def test_the_weights_of_a_step() -> None:
 def test_a_lost_target_gets_more_particles() -> None:
     rule = AppearanceRule(fraction=0.99, frames=1, margin=1.0, max_threshold=1.0)
     tracker = Tracker(config(budget=KldSampling(min=10, max=900), presence=rule))
-    tracker.init(CLIP[0], REGION)
+    frames, target = clip()
+    tracker.init(frames[0], target)
     numbers = []
-    for frame in CLIP[1:]:
+    for frame in frames[1:]:
         assert tracker.update(frame).status is Status.SEARCHING
         numbers.append(len(tracker.info.weights))
     assert numbers[0] == 100
