@@ -11,6 +11,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,7 @@ from motes_studio.studio import Studio
 from waiting import PATIENCE, source
 
 FRAMES = 40
+CLIP = still((96, 80), target=(30, 40), frames=100)
 BOX = (30.0, 25.0, 30.0, 40.0)
 SLOW = "particles = 100000"
 """A configuration whose run goes on while a test acts, on any computer: 0.1 s or more a frame."""
@@ -41,7 +43,7 @@ ACTIVE = ("waiting", "running")
 def film(path: Path, frames: int = FRAMES) -> Path:
     """Write a film with a target in `BOX`."""
     with VideoWriter(path, 25) as writer:
-        for frame, _ in still((96, 80), target=(30, 40), frames=frames):
+        for frame, _ in islice(CLIP, frames):
             writer.write(frame.pixels, frame.time)
     return path
 

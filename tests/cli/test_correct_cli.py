@@ -28,6 +28,7 @@ from motes.synthetic.clips import still
 from motes.video.writer import VideoWriter
 
 FRAMES = 24
+CLIP = still((96, 80), target=(30, 40), frames=FRAMES)
 BOX = "30,25,30,40"
 OPTIONS = "--preset mean_shift"
 
@@ -36,7 +37,7 @@ OPTIONS = "--preset mean_shift"
 def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("film") / "film.mkv"
     with VideoWriter(path, 25) as writer:
-        for frame, _ in still((96, 80), target=(30, 40), frames=FRAMES):
+        for frame, _ in CLIP:
             writer.write(frame.pixels, frame.time)
     return path
 
@@ -53,7 +54,7 @@ def bad(film: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("bad")
     for name, fps, frames in (("other.mkv", 25, FRAMES - 1), ("slow.mkv", 10, FRAMES)):
         with VideoWriter(folder / name, fps) as writer:
-            for frame, _ in still((96, 80), target=(30, 40), frames=frames):
+            for frame, _ in itertools.islice(CLIP, frames):
                 writer.write(frame.pixels, frame.index / fps)
     good = "0,0,1,,22,32,16,16,30,40,8,8,0,1,,tracking,,,\n"
     for name, text in {
@@ -484,7 +485,7 @@ def test_a_history_that_was_changed(
 
 def test_rows_of_a_copy_that_was_cut(go: Tell) -> None:
     with VideoWriter("cut.mkv", 25) as writer:
-        for frame, _ in still((96, 80), target=(30, 40), frames=5):
+        for frame, _ in itertools.islice(CLIP, 5):
             writer.write(frame.pixels, frame.time)
     assert go(f"track cut.mkv --init BOX -o rows.csv {OPTIONS}")[0] == 0
     assert "rows.csv ends at frame 4, and film.mkv at frame 23" in go("check FILM rows.csv")[1]
