@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import importlib
+import re
 import subprocess
 import sys
 import tomllib
@@ -191,10 +192,7 @@ def test_the_door_opens() -> None:
 
 
 def test_no_name_is_that_of_two_classes() -> None:
-    names = [
-        node.name
-        for path in MODULES.values()
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-        if isinstance(node, ast.ClassDef)
-    ]
+    texts = (path.read_text(encoding="utf-8") for path in MODULES.values())
+    names = [name for text in texts for name in re.findall(r"^ *class (\w+)[(:]", text, re.M)]
+    assert len(names) > 300
     assert sorted(names) == sorted(set(names))
