@@ -374,7 +374,7 @@ def test_killed_then_resumed(film: tuple[str, str], tmp_path: Path) -> None:
 def test_interrupted_by_the_keyboard(slow_film: str, film: tuple[str, str], tmp_path: Path) -> None:
     rows, overlay = tmp_path / "r.csv", tmp_path / "o.mp4"
     line = ["track", slow_film, "--fps", "25", "--init", film[1], "-o", str(rows)]
-    line += ["--overlay", str(overlay)]
+    line += ["--preset", "mean_shift", "--overlay", str(overlay)]
     with started(line) as process:
         wait_until(lambda: count(rows) > 20)
         process.send_signal(signal.SIGINT)
