@@ -475,6 +475,7 @@ def test_a_journal_bit_by_bit(tmp_path: Path) -> None:
     head = whole.index(b"\n") + 1
 
     def rows_in(data: bytes) -> list[FrameRow] | None:
+        path.unlink()  # what replaces a file's content waits for the disk
         path.write_bytes(data)
         try:
             return list(registry.read(path, "journal", FilmFacts()))

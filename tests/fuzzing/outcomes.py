@@ -59,5 +59,6 @@ def put(name: str, data: bytes) -> Path:
     """Return a file with this name that holds an input."""
     path = scratch() / name
     path.parent.mkdir(parents=True, exist_ok=True)
+    path.unlink(missing_ok=True)  # what replaces a file's content waits for the disk
     path.write_bytes(data)
     return path
