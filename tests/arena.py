@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import csv
 import sys
 from collections.abc import Callable, Iterator
 from functools import cache
@@ -12,6 +11,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
+from commands import read_csv
 from motes import synthetic
 from motes.synthetic.clips import Clip
 from motes_lab.cli import main
@@ -140,8 +140,7 @@ def evaluating(capfd: pytest.CaptureFixture[str]) -> Go:
 
 def table(out: str) -> list[dict[str, str]]:
     """Return the rows of an evaluation's results."""
-    with Path(out, "results.csv").open(newline="") as file:
-        return list(csv.DictReader(file))
+    return read_csv(Path(out, "results.csv"))
 
 
 def tracks(out: Path) -> dict[str, list[str]]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
@@ -37,3 +39,9 @@ def telling(capfd: pytest.CaptureFixture[str], **names: object) -> Tell:
         return code, out + error
 
     return tell
+
+
+def read_csv(path: str | Path) -> list[dict[str, str]]:
+    """Return the rows of a file of CSV."""
+    with Path(path).open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))

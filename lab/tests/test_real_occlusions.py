@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from commands import read_csv
 from crowds import rows, write_crowd
 from in_process import work_here
 from motes_lab.cli import main
@@ -111,7 +111,7 @@ def test_on_the_command_line(
     monkeypatch.setattr(real_occlusions, "TRACKERS", saved)
     work_here(monkeypatch, "motes_lab.finished_jobs")
     assert main(line) == 0, capfd.readouterr().err
-    table = csv.DictReader((tmp_path / "out" / "real-occlusions.csv").read_text().splitlines())
+    table = read_csv(tmp_path / "out" / "real-occlusions.csv")
     columns = ("sequence", "occlusions", "kept", "changed", "not followed", "both kept")
     found = [(row["tracker"], *(row[name] for name in columns)) for row in table]
     assert found == [

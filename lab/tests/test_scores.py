@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from commands import read_csv
 from evaluations import Floats, outcome, sequence, shifted, trace
 from motes import Ellipse, FormatError
 from motes.core import iou
@@ -49,16 +49,11 @@ def test_score_frame_by_frame() -> None:
 # results.csv
 
 
-def read(path: Path) -> list[dict[str, str]]:
-    with path.open(encoding="utf-8", newline="") as file:
-        return list(csv.DictReader(file))
-
-
 def test_results(tmp_path: Path) -> None:
     book = sequence()
     said = trace(shifted([0.0] * 13 + [90.0] * 7), 0.75)
     write_results(tmp_path, [outcome("a,b", book, said), outcome("c", book, "It broke,\nso.")])
-    first, second = read(tmp_path / "results.csv")
+    first, second = read_csv(tmp_path / "results.csv")
     assert tuple(first) == COLUMNS
     assert first["tracker"] == "a,b"
     assert (first["sequence"], first["protocol"], first["start"]) == ("Book", "ope", "")
@@ -85,7 +80,7 @@ def test_order_of_results(tmp_path: Path) -> None:
     ]
     write_results(tmp_path, given)
     text = (tmp_path / "results.csv").read_bytes()
-    rows = read(tmp_path / "results.csv")
+    rows = read_csv(tmp_path / "results.csv")
     assert [tuple(row[name] for name in COLUMNS[:5]) for row in rows] == [
         ("z", "Book", "ope", "", "0"),
         ("z", "Book", "pixel", "-1", "0"),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterator
 from itertools import permutations
 from pathlib import Path
@@ -10,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from commands import read_csv
 from crowds import rows, write_crowd
 from motes import Detection, Detector, Frame, Scene, scene_config
 from motes.core import iou
@@ -112,9 +112,9 @@ def test_many_objects_on_the_command_line(
         "zhao-figure9-all.csv",
         *(f"zhao-figure9.{ending}" for ending in ("csv", "md", "png")),
     ]
-    table = list(csv.DictReader((out / "zhao-figure9.csv").read_text().splitlines()))
+    table = read_csv(out / "zhao-figure9.csv")
     assert [row["ratio"] for row in table] == ["0"] * 2 + ["1"] * 10 + ["0.833333"]
-    (row,) = csv.DictReader((out / "zhao-figure9-all.csv").read_text().splitlines())
+    (row,) = read_csv(out / "zhao-figure9-all.csv")
     assert (row["found by"], row["ratio"]) == ("det.txt", "0.833333")
     assert main([*line, "--overwrite", "--detector", str(folder / "gt" / "gt.txt")]) == 0
 

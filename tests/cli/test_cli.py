@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import csv
 import importlib
 import json
 import os
@@ -23,7 +22,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from commands import Go, running
+from commands import Go, read_csv, running
 from motes import Tracker, open_source, synthetic
 from motes.cli import main
 from motes.cli.app import commands
@@ -65,11 +64,6 @@ def go(film: tuple[str, str], here: Path, capfd: pytest.CaptureFixture[str]) -> 
     In the arguments, FILM is the video and BOX its target.
     """
     return running(capfd, FILM=film[0], BOX=film[1])
-
-
-def table(path: str) -> list[dict[str, str]]:
-    with Path(path).open(newline="") as file:
-        return list(csv.DictReader(file))
 
 
 def count(path: Path) -> int:
@@ -117,7 +111,7 @@ def test_rows_are_what_the_tracker_says(go: Go, film: tuple[str, str]) -> None:
             tracker.update(frame) if frame.index else tracker.init(frame, region)
             for frame in source
         ]
-    read = table("r.csv")
+    read = read_csv("r.csv")
     assert len(read) == FRAMES
     for track, row in zip(tracks, read, strict=True):
         assert (int(row["frame"]), row["status"]) == (track.frame, track.status)
@@ -169,7 +163,7 @@ def test_nothing_is_overwritten_unasked(go: Go) -> None:
         assert not Path("new.csv").exists()
     assert Path("r.csv").read_text() == Path("o.mp4").read_text() == "precious"
     assert go("track FILM --init BOX --end 3 -o r.csv --overlay o.mp4 --overwrite")[0] == 0
-    assert len(table("r.csv")) == 3
+    assert len(read_csv("r.csv")) == 3
     assert Path("o.mp4").stat().st_size > 1000
 
 
@@ -192,7 +186,7 @@ def test_never_found(go: Go) -> None:
     code, _, error = go("track *.png --detect face -o r.csv")
     assert code == 4
     assert error.splitlines()[-1].startswith("motes: error: The target was never found; ")
-    assert len(table("r.csv")) == 3
+    assert len(read_csv("r.csv")) == 3
 
 
 # Configuration
@@ -298,7 +292,7 @@ def test_an_unexpected_fault_asks_for_a_report(go: Go, monkeypatch: pytest.Monke
     assert code == 1
     assert error.count("\n") == 1
     assert "ZeroDivisionError: two lines. This is a defect of motes; please report it" in error
-    assert len(table("r.csv")) == 1
+    assert len(read_csv("r.csv")) == 1
     monkeypatch.setenv("MOTES_DEBUG", "1")
     with pytest.raises(ZeroDivisionError):
         go("track FILM --init BOX -o r.csv --overwrite")
@@ -313,7 +307,7 @@ def test_a_source_that_fails_halfway_leaves_its_rows(go: Go) -> None:
     assert code == 3
     assert summary.startswith("motes: 3 frames, ")
     assert failure.startswith("motes: error: Frame 3 of *.png has 80x60 pixels")
-    assert len(table("r.csv")) == 3
+    assert len(read_csv("r.csv")) == 3
 
 
 @pytest.mark.slow
@@ -383,7 +377,7 @@ def test_interrupted_by_the_keyboard(slow_film: str, film: tuple[str, str], tmp_
     assert re.match(r"motes: interrupted after \d+ frames, .*wrote .*o\.mp4", error)
     assert rows.read_bytes().endswith(b"\n")
     with open_source(overlay) as drawn:
-        assert len(list(drawn)) == len(table(str(rows)))
+        assert len(list(drawn)) == len(read_csv(rows))
     whole = rows.read_bytes()
     with started([*line, "--resume"]) as process:  # while it repeats them, they stay
         wait_until(lambda: any(tmp_path.glob("o.mp4.partial*")))
@@ -394,7 +388,7 @@ def test_interrupted_by_the_keyboard(slow_film: str, film: tuple[str, str], tmp_
     # Resumed, the rows are continued and the overlay is made anew.
     assert main([*line, "--resume", "--end", "90"]) == 0
     with open_source(overlay) as drawn:
-        assert len(list(drawn)) == len(table(str(rows))) == 90
+        assert len(list(drawn)) == len(read_csv(rows)) == 90
 
 
 def test_interrupts_wait_until_a_frame_is_written(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -411,7 +405,7 @@ def test_interrupts_wait_until_a_frame_is_written(go: Go, monkeypatch: pytest.Mo
     monkeypatch.setattr(TrackWriter, "add", interrupting)
     code, _, error = go("track FILM --init BOX -o r.csv --overlay o.mkv")
     assert (code, "interrupted after 4 frames" in error) == (130, True)
-    assert [row["frame"] for row in table("r.csv")] == ["0", "1", "2", "3"]
+    assert [row["frame"] for row in read_csv("r.csv")] == ["0", "1", "2", "3"]
     assert signal.getsignal(signal.SIGINT) is before
 
 
@@ -448,7 +442,7 @@ def test_rows_go_to_a_file_where_standard_output_is_a_terminal(
     code, out, error = go("track FILM --init BOX --end 3")
     assert (code, out) == (0, "")
     assert error.startswith("motes: Writing film.csv; choose another name with -o.\n")
-    assert len(table("film.csv")) == 3
+    assert len(read_csv("film.csv")) == 3
     assert go("track FILM --init BOX --end 3")[0] == 5
 
 

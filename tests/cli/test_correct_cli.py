@@ -16,7 +16,7 @@ import pytest
 from PIL import Image
 
 import motes
-from commands import Tell, telling
+from commands import Tell, read_csv, telling
 from motes.cli import main
 from motes.core.track import COLUMNS, GROUND
 from motes.correction.history import History
@@ -106,17 +106,13 @@ def ended_in_frame_12(written: int) -> Iterator[None]:
         yield
 
 
-def rows(name: str) -> list[dict[str, str]]:
-    return list(csv.DictReader(Path(name).read_text().splitlines()))
-
-
 def test_rows_between_keyframes(go: Tell) -> None:
     Path("keys.csv").write_text("20,BOX\n10:11,absent\n".replace("BOX", BOX))
     line = f"track FILM --keyframes keys.csv --at 4=BOX -o rows.csv {OPTIONS}"
     code, said = go(line)
     assert code == 0
     assert f"{FRAMES} frames, 4 keyframes, tracking in 22, absent in 2; wrote rows.csv." in said
-    found = rows("rows.csv")
+    found = read_csv("rows.csv")
     assert tuple(found[0]) == (*COLUMNS, *HINDSIGHT)
     assert [int(row["frame"]) for row in found] == [*range(FRAMES)]
     assert [row["status"] for row in found if row["frame"] in ("10", "11")] == ["absent"] * 2
@@ -239,7 +235,7 @@ def test_an_interrupt_on_the_way_back_leaves_the_stretch_to_be_finished(go: Tell
     assert go(f"{line} -o expected.csv")[0] == 0
     with interrupted_at(4):  # the second pass of the second stretch
         assert go(f"{line} -o rows.csv")[0] == 130
-    assert len(rows("rows.csv")) == 21
+    assert len(read_csv("rows.csv")) == 21
     history = History.load(Path("rows.csv.run.json"))
     assert history.unfinished == [(12, 20), (20, 23)]
     readers = "check FILM rows.csv", "convert rows.csv c.csv", "draw FILM rows.csv -o o.mp4"
@@ -372,7 +368,7 @@ def test_an_interrupted_correction_is_finished_later(go: Tell) -> None:
 def test_what_is_lost_has_no_metres_when_it_is_bridged(go: Tell) -> None:
     """Its confidence stays, so it is less likely there than not."""
     assert go(f"track FILM --init BOX --scale 20 -o rows.csv {OPTIONS}")[0] == 0
-    found = rows("rows.csv")
+    found = read_csv("rows.csv")
     for row in found[10:13]:
         row |= {"status": "searching", "confidence": "0.08"} | dict.fromkeys(GROUND, "")
     with open("rows.csv", "w", newline="") as file:
@@ -380,7 +376,7 @@ def test_what_is_lost_has_no_metres_when_it_is_bridged(go: Tell) -> None:
         writer.writeheader()
         writer.writerows(found)
     assert go("smooth rows.csv -o smooth.csv")[0] == 0
-    smooth = rows("smooth.csv")
+    smooth = read_csv("smooth.csv")
     assert [row["frame"] for row in smooth if row["status"] == "interpolated"] == ["10", "11", "12"]
     assert [row["frame"] for row in smooth if not row["x_m"]] == ["10", "11", "12"]
     assert [row["frame"] for row in smooth if not row["speed"]] == ["10", "11", "12"]
@@ -393,7 +389,7 @@ def test_what_is_lost_has_no_metres_when_it_is_bridged(go: Tell) -> None:
 def test_doubtful_frames(go: Tell, capfd: pytest.CaptureFixture[str]) -> None:
     assert go(f"track FILM --init BOX -o rows.csv {OPTIONS}")[0] == 0
     assert go(f"check FILM rows.csv --count 3 -o list.csv --sheet sheet.png {OPTIONS}")[0] == 0
-    found = list(csv.DictReader(Path("list.csv").read_text().splitlines()))
+    found = read_csv("list.csv")
     assert [row["rank"] for row in found] == ["1", "2", "3"]
     gains = [float(row["gain"]) for row in found]
     assert gains == sorted(gains, reverse=True)
@@ -535,7 +531,7 @@ def test_what_is_remembered_is_not_asked_for_again(go: Tell) -> None:
         assert (known.fps, known.preset, known.seed) == (5, "mean_shift", 3)
         assert known.units is not None
         assert go(f"refine FILM {name}.csv --at 22=31,25,30,40")[0] == 0
-        after = rows(f"{name}.csv")
+        after = read_csv(f"{name}.csv")
         assert (after[22]["time"], after[22]["x_m"] != "") == ("4.400000", True)
         assert History.load(Path(f"{name}.csv.run.json")).fps == 5
     assert go("convert a.csv b.jsonl")[0] == 0
@@ -578,7 +574,7 @@ def test_rows_need_no_whole_box(go: Tell) -> None:
     Path("part.csv").write_text("".join(",".join(row) + "\n" for row in table))
     assert go("check FILM part.csv")[0] == 0
     assert go("smooth part.csv -o smooth.csv")[0] == 0
-    assert float(rows("smooth.csv")[0]["top"]) == pytest.approx(25, abs=0.5)
+    assert float(read_csv("smooth.csv")[0]["top"]) == pytest.approx(25, abs=0.5)
 
 
 def test_rows_that_end_before_their_film_are_corrected_twice(go: Tell) -> None:
@@ -588,4 +584,4 @@ def test_rows_that_end_before_their_film_are_corrected_twice(go: Tell) -> None:
     Path("rows.csv").write_text("".join(lines[: FRAMES // 2]))
     for frame in (3, 5):
         assert go(f"refine FILM rows.csv --at {frame}=absent")[0] == 0
-    assert [rows("rows.csv")[frame]["status"] for frame in (3, 5)] == ["absent", "absent"]
+    assert [read_csv("rows.csv")[frame]["status"] for frame in (3, 5)] == ["absent", "absent"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import html
 import json
 import math
@@ -14,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from commands import read_csv
 from motes.cli.demo import FILES, PAGE, STORIES, demo
 from motes.core.errors import ConfigError, FormatError
 from motes.core.track import COLUMNS
@@ -38,11 +38,6 @@ def folder(made: tuple[Path, str, str]) -> Path:
     return made[0]
 
 
-def rows(path: Path) -> list[dict[str, str]]:
-    with path.open(newline="") as file:
-        return list(csv.DictReader(file))
-
-
 @pytest.mark.slow
 def test_it_writes_all_files_and_no_others(folder: Path) -> None:
     assert sorted(path.name for path in folder.iterdir()) == sorted(FILES)
@@ -62,7 +57,7 @@ def test_the_films_do_not_depend_on_the_number_of_cores(
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_the_rows_are_complete_and_near_the_truth(folder: Path, name: str) -> None:
-    found = rows(folder / f"{name}.csv")
+    found = read_csv(folder / f"{name}.csv")
     (film,) = (story.film for story in STORIES if story.name == name)
     truths = [objects[0].ellipse for _, objects in islice(film(0), FRAMES)]
     assert tuple(found[0]) == COLUMNS
@@ -83,7 +78,7 @@ def test_the_page_shows_all_films_and_every_frame_of_the_status(folder: Path) ->
     shown = [json.loads(html.unescape(text)) for text in re.findall('data-states="([^"]+)"', page)]
     for story, states in zip(STORIES, shown, strict=True):
         assert story.title in page
-        found = rows(folder / f"{story.name}.csv")
+        found = read_csv(folder / f"{story.name}.csv")
         assert [state for state, _ in states] == [row["status"] for row in found]
         confidences = [float(row["confidence"]) for row in found]
         assert [confidence for _, confidence in states] == pytest.approx(confidences, abs=0.006)

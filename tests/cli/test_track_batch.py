@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 from pathlib import Path
 from xml.etree import ElementTree
@@ -10,7 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from commands import Go, running
+from commands import Go, read_csv, running
 from motes import Tracker, open_source
 from motes.synthetic.clips import crowd
 from motes.video.writer import VideoWriter
@@ -40,7 +39,7 @@ def test_each_is_followed_as_if_alone(go: Go, film: str) -> None:
     assert (code, out) == (0, "")
     assert f"{FRAMES} frames, object 1 tracked in" in error
     assert "wrote o.mkv, r.csv" in error
-    rows = list(csv.DictReader(Path("r.csv").read_text().splitlines()))
+    rows = read_csv("r.csv")
     assert [(row["frame"], row["id"]) for row in rows] == [
         (str(frame), who) for frame in range(FRAMES) for who in "12"
     ]

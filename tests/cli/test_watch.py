@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,7 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from commands import Go, running
+from commands import Go, read_csv, running
 from motes import open_source
 from motes.cli import main
 from motes.cli.outputs import Events
@@ -56,8 +55,7 @@ def test_one_walks_by(go: Go) -> None:
     assert "wrote o.mkv, e.jsonl, r.csv" in error
     assert "minute 0: appears 1, crosses line 1 in 1, crosses line 2 in 1, disappears 1" in error
     assert "from / to  line 2\nmotes: line 1          1\n" in error
-    with Path("r.csv").open(newline="") as file:
-        rows = list(csv.DictReader(file))
+    rows = read_csv("r.csv")
     assert tuple(rows[0]) == COLUMNS + GROUND
     assert {row["id"] for row in rows} == {"1"}
     assert {row["speed"] == "" for row in rows if row["status"] != "tracking"} == {True}
@@ -289,8 +287,7 @@ def test_an_onnx_file_finds_classes(go: Go) -> None:
     code, _, error = go(f"{line} --classes walker --least 0.6")
     assert code == 0, error
     assert "appears walker 1" in error
-    with Path("r.csv").open(newline="") as file:
-        rows = list(csv.DictReader(file))
+    rows = read_csv("r.csv")
     assert {row["label"] for row in rows} == {"walker"}
     events = [json.loads(each) for each in Path("e.jsonl").read_text().splitlines()]
     assert {each["label"] for each in events} == {"walker"}

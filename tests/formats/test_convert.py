@@ -13,7 +13,7 @@ import pytest
 from PIL import Image
 
 import disks
-from commands import Tell, telling
+from commands import Tell, read_csv, telling
 from motes.formats import registry
 from motes.formats.recording import FilmFacts
 from motes.video.film import DamagedError, Film
@@ -281,7 +281,7 @@ def test_a_frame_rate_that_is_assumed_is_said_once(go: Tell) -> None:
     code, said = go("convert one.vot.txt g.csv --video film")
     assert (code, said.count("25 a second are assumed"), said_once in said) == (0, 1, False), said
     assert go("convert one.vot.txt h.csv --video film --fps 10")[0] == 0
-    last = [*csv.DictReader(Path("h.csv").read_text().splitlines())][-1]
+    last = read_csv("h.csv")[-1]
     assert float(last["time"]) == pytest.approx(int(last["frame"]) / 10)
 
 
@@ -304,10 +304,10 @@ def test_times_are_those_of_a_film_of_a_varying_rate(
         monkeypatch.setattr(Film, "_first", first)
     Path("det.txt").write_text("".join(f"{i},-1,9,9,20,20,0.9\n" for i in range(1, 7)))
     assert go("convert det.txt a.csv --video film.mkv")[0] == 0
-    found = [*csv.DictReader(Path("a.csv").read_text().splitlines())]
+    found = read_csv("a.csv")
     assert [float(row["time"]) for row in found] == pytest.approx(VARYING, abs=1e-3)
     assert go("convert det.txt b.csv --video film.mkv --fps 10")[0] == 0
-    found = [*csv.DictReader(Path("b.csv").read_text().splitlines())]
+    found = read_csv("b.csv")
     assert [float(row["time"]) for row in found] == pytest.approx([i / 10 for i in range(6)])
     facts = FilmFacts(times=VARYING, fps=50)
     assert [facts.time(frame) for frame in (1, 5, 7)] == pytest.approx([0.02, 0.18, 0.22])
@@ -492,10 +492,7 @@ def test_labels_belong_to_the_images_of_their_names(go: Tell, step: int) -> None
     last.unlink()
     Path("a.yolo/labels/frame_000005.txt").write_text(kept)  # as motes names a frame of a video
     assert go("convert a.yolo back.csv --video film --fps 25")[0] == 0
-    rows, back = (
-        [*csv.DictReader(Path(name).read_text().splitlines())] for name in ("rows.csv", "back.csv")
-    )
-    for row, same in zip(rows, back, strict=True):
+    for row, same in zip(read_csv("rows.csv"), read_csv("back.csv"), strict=True):
         assert row["frame"] == same["frame"]
         assert float(row["left"]) == pytest.approx(float(same["left"]), abs=0.01)
     code, said = go("draw film a.yolo --fps 25 -o a.mp4")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import csv
 import itertools
 import os
 import re
@@ -19,6 +18,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from commands import read_csv
 from motes import (
     BackgroundDetector,
     Ellipse,
@@ -101,17 +101,12 @@ def go(
     return run
 
 
-def read(name: str = "r.csv") -> list[dict[str, str]]:
-    with Path(name).open(newline="") as file:
-        return list(csv.DictReader(file))
-
-
 @pytest.mark.slow
 def test_one_walks_from_the_hall_into_the_office(go: Go) -> None:
     code, _, error = go(HALL + OFFICE + PASSAGE)
     assert code == 0, error
     assert "hall 70, office 70 frames; 1 object, 1 time handed over; wrote r.csv." in error
-    rows = read()
+    rows = read_csv("r.csv")
     assert {row["camera"] for row in rows} == {"hall", "office"}
     assert {row["id"] for row in rows} == {"1"}
     times = [float(row["time"]) for row in rows]
@@ -131,7 +126,7 @@ def test_two_rooms_wait_for_one_known_person(go: Go) -> None:
     rig = HALL.replace("[{", entry) + OFFICE + PASSAGE
     code, _, error = go(rig, "-o r.csv --histogram red.json")
     assert code == 0, error
-    rows = read()
+    rows = read_csv("r.csv")
     assert {row["id"] for row in rows} == {"1"}
     for name, enters, until in (("hall", 20, 2.9), ("office", 30, 5.0)):
         seen = [row for row in rows if row["camera"] == name and row["status"] == "tracking"]

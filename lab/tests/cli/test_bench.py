@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from commands import read_csv
 from evaluations import pictures
 from motes import SourceError
 from motes_lab.cli import main
@@ -234,7 +234,7 @@ def test_real_sequences_are_measured_too(
     line = ["bench", "--rounds", "1", "--out", "new"]
     monkeypatch.setenv("MOTES_DATA", str(sequences))
     assert main([*line, "--part", "sequences"]) == 0
-    rows = [*csv.DictReader(Path("new/bench-sequences.csv").read_text().splitlines())]
+    rows = read_csv("new/bench-sequences.csv")
     assert [(row["sequence"], row["tracker"]) for row in rows] == [
         (name, tracker) for name in ("David", "all") for tracker in ("nummiaro", "cv2:mosse")
     ]
