@@ -13,8 +13,8 @@ from typing import Any
 
 from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
 
+from clips import write_film
 from motes.synthetic.clips import still
-from motes.video.writer import VideoWriter
 from waiting import PATIENCE
 
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
@@ -27,9 +27,7 @@ START = "import('/static/main.js').then(({ app }) => "
 
 def film(path: Path, frames: int = FRAMES) -> Path:
     """Write a film with a target that is nearly at rest."""
-    with VideoWriter(path, 25) as writer:
-        for frame, _ in still((320, 240), target=(60, 80), frames=frames):
-            writer.write(frame.pixels, frame.time)
+    write_film(path, still((320, 240), target=(60, 80), frames=frames))
     return path
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import random
 import struct
+from collections.abc import Iterable
 from fractions import Fraction
 from pathlib import Path
 from typing import Literal
@@ -13,11 +14,21 @@ import av
 import numpy as np
 from numpy.typing import NDArray
 
+from motes.core.frame import Frame
+from motes.video.writer import VideoWriter
+
 Pixels = NDArray[np.uint8]
 Codec = Literal[
     "libx264", "libvpx", "ffv1", "qtrle", "mjpeg", "mpeg4", "mpeg1video", "mpeg2video",
     "wrapped_avframe",
 ]  # fmt: skip
+
+
+def write_film(path: str | Path, clip: Iterable[tuple[Frame, object]], fps: float = 25) -> None:
+    """Write the frames of a rendered clip."""
+    with VideoWriter(path, fps) as writer:
+        for frame, _ in clip:
+            writer.write(frame.pixels)
 
 
 def picture(index: int, width: int = 64, height: int = 48) -> Pixels:

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import motes
+from clips import write_film
 from motes import synthetic
-from motes.video.writer import VideoWriter
 
 API = (Path(__file__).parent.parent / "docs" / "api.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```python\n(.*?)^```$", API, re.DOTALL | re.MULTILINE)
@@ -43,9 +43,7 @@ def films(tmp_path_factory: pytest.TempPathFactory) -> Path:
     }
     for name, (size, rows) in states.items():
         target = synthetic.Target(np.array(rows, np.float64))
-        with VideoWriter(folder / name, 25) as writer:
-            for frame, _ in synthetic.Clip(size, (target,)):
-                writer.write(frame.pixels)
+        write_film(folder / name, synthetic.Clip(size, (target,)))
     return folder
 
 

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from clips import write_film
 from commands import Go, running
 from motes import synthetic
 from motes.core import registry
@@ -33,7 +34,6 @@ from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import TrackerConfig, configure, preset
 from motes.sot.tracker import Tracker
 from motes.testing import check_cue, check_detector, check_expert, check_motion
-from motes.video.writer import VideoWriter
 from pages import run_page
 
 PLUGINS = Path(__file__).parent / "plugins"
@@ -83,9 +83,7 @@ def installed(site: Path) -> Path:
 def film(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, str]:
     """Return a video and the target's box in its first frame."""
     path = tmp_path_factory.mktemp("film") / "film.mp4"
-    with VideoWriter(path, 25) as writer:
-        for frame, _ in CLIP:
-            writer.write(frame.pixels)
+    write_film(path, CLIP)
     return str(path), ",".join(f"{value:.1f}" for value in CLIP[0][1][0].ellipse.box)
 
 

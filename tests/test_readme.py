@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from clips import write_film
 from motes import Status, synthetic
 from motes.cli.app import commands as known_commands
-from motes.video.writer import VideoWriter
 from motes_lab.cli.app import app as lab_app
 from pages import blocks, commands
 from pages import run as run_command
@@ -34,9 +34,7 @@ def video(tmp_path_factory: pytest.TempPathFactory) -> Path:
         [[x + width / 2 + i, y + height / 2, width / 2, height / 2, 0] for i in range(FRAMES)]
     )
     clip = synthetic.Clip((640, 480), (synthetic.Target(states),))
-    with VideoWriter(path, 25) as writer:
-        for frame, _ in clip:
-            writer.write(frame.pixels)
+    write_film(path, clip)
     return path
 
 
@@ -54,9 +52,7 @@ def street(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a clip in which something walks by."""
     path = tmp_path_factory.mktemp("readme") / "street.mp4"
     states = np.array([[8 * i - 30, 120, 24, 17, 0] for i in range(45)], np.float64)
-    with VideoWriter(path, 25) as writer:
-        for frame, _ in synthetic.Clip((320, 240), (synthetic.Target(states),)):
-            writer.write(frame.pixels)
+    write_film(path, synthetic.Clip((320, 240), (synthetic.Target(states),)))
     return path
 
 

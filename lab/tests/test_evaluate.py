@@ -18,6 +18,7 @@ import pytest
 
 import arena
 from arena import at_home
+from clips import write_film
 from in_process import InProcess
 from motes import (
     PRESETS,
@@ -28,7 +29,6 @@ from motes import (
     Frame,
     Status,
     Track,
-    VideoWriter,
     configure,
     preset,
 )
@@ -479,9 +479,7 @@ FAILURES = {
 def test_failures_have_their_reasons(tmp_path: Path) -> None:
     arena.write_sequence(tmp_path / "data" / "a", arena.still())
     (tmp_path / "mine.py").write_text(arena.TRACKERS)
-    with VideoWriter(tmp_path / "film.mkv", 25) as writer:
-        for frame, _ in arena.still():
-            writer.write(frame.pixels)
+    write_film(tmp_path / "film.mkv", arena.still())
     with at_home(tmp_path, "mine"):
         entries, _ = resolve(f"mine:{name}" for name in ("Raises", "Exits", "Interrupts", "Seeded"))
         still, dies = resolve(["mine:Still"])[0], [replace(entries[-1], name="mine:Dies")]

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from clips import write_film
 from evaluations import pictures
-from motes import SourceError, VideoWriter, open_source
+from motes import SourceError, open_source
 from motes.synthetic import still
 from motes_lab.datasets.mot import MotSequence, load_mot_dataset
 from motes_lab.datasets.mot_rows import Kind, MotRows, read_rows
@@ -111,9 +112,7 @@ def test_other_places(tmp_path: Path) -> None:
     for path in (folder / "frames").iterdir():
         path.unlink()
     (folder / "frames").rmdir()
-    with VideoWriter(folder / "film.mp4", 25) as writer:
-        for frame, _ in still((160, 120), target=(30, 40), frames=4):
-            writer.write(frame.pixels)
+    write_film(folder / "film.mp4", still((160, 120), target=(30, 40), frames=4))
     assert loaded(folder).source == folder / "film.mp4"
 
 

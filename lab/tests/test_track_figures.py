@@ -15,6 +15,7 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
+from clips import write_film
 from motes import (
     Ellipse,
     Frame,
@@ -24,7 +25,6 @@ from motes import (
     Track,
     Tracker,
     TrackerConfig,
-    VideoWriter,
     configure,
     preset,
     synthetic,
@@ -135,9 +135,7 @@ def drawn(recorder: Recorder) -> list[str]:
 def go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Go:
     """Track the target of a small film in a folder; return exit code and standard error."""
     monkeypatch.chdir(tmp_path)
-    with VideoWriter("film.mkv", 25) as writer:
-        for frame, _ in clip():
-            writer.write(frame.pixels, frame.time)
+    write_film("film.mkv", clip())
     box = ",".join(f"{value:.1f}" for value in clip()[0][1][0].ellipse.box)
 
     def run(options: str) -> tuple[int, str]:

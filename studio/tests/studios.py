@@ -22,7 +22,7 @@ import uvicorn
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
-from motes import VideoWriter
+from clips import write_film
 from motes.synthetic import still
 from motes_studio import film_worker
 from motes_studio.messages import Item, Message, Progress, Reply, Rows, State, WholeSession
@@ -42,9 +42,7 @@ ACTIVE = ("waiting", "running")
 
 def film(path: Path, frames: int = FRAMES) -> Path:
     """Write a film with a target in `BOX`."""
-    with VideoWriter(path, 25) as writer:
-        for frame, _ in islice(CLIP, frames):
-            writer.write(frame.pixels, frame.time)
+    write_film(path, islice(CLIP, frames))
     return path
 
 

@@ -22,6 +22,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from clips import write_film
 from commands import Go, read_csv, running
 from motes import Tracker, open_source, synthetic
 from motes.cli import main
@@ -37,7 +38,6 @@ from motes.rows.schema import FrameRow
 from motes.sot.step_info import StepInfo
 from motes.video.prefetch import prefetch
 from motes.video.sources import Source
-from motes.video.writer import VideoWriter
 from waiting import wait_until
 
 FRAMES = 30
@@ -50,9 +50,7 @@ def film(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, str]:
     """Return a small video and, as an option takes it, the target's box in its first frame."""
     path = tmp_path_factory.mktemp("film") / "film.mkv"
     clip = synthetic.still(SIZE, target=(30, 40), frames=FRAMES)
-    with VideoWriter(path, 25) as writer:
-        for frame, _ in clip:
-            writer.write(frame.pixels, frame.time)
+    write_film(path, clip)
     box = clip[0][1][0].ellipse.box
     return str(path), ",".join(f"{value:.1f}" for value in box)
 

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
+from clips import write_film
 from commands import Tell, telling
 from motes import synthetic
 from motes.cli.exit_codes import NO_MEMORY
 from motes.cli.explain import explain
-from motes.video.writer import VideoWriter
 
 MOTES = f"{sys.executable} -m motes"
 HUGE = "99999999999999999999"
@@ -23,9 +23,7 @@ HUGE = "99999999999999999999"
 def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a film of two frames."""
     path = tmp_path_factory.mktemp("film") / "film.mkv"
-    with VideoWriter(path, 25) as writer:
-        for frame, _ in synthetic.still((160, 120), target=(30, 40), frames=2):
-            writer.write(frame.pixels)
+    write_film(path, synthetic.still((160, 120), target=(30, 40), frames=2))
     return path
 
 

@@ -16,6 +16,7 @@ import pytest
 from PIL import Image
 
 import motes
+from clips import write_film
 from commands import Tell, read_csv, telling
 from motes.cli import main
 from motes.core.track import COLUMNS, GROUND
@@ -25,7 +26,6 @@ from motes.correction.rows import KnownRows
 from motes.rows.schema import HINDSIGHT
 from motes.rows.writer import TrackWriter
 from motes.synthetic.clips import still
-from motes.video.writer import VideoWriter
 
 FRAMES = 24
 CLIP = still((96, 80), target=(30, 40), frames=FRAMES)
@@ -36,9 +36,7 @@ OPTIONS = "--preset mean_shift"
 @pytest.fixture(scope="module")
 def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("film") / "film.mkv"
-    with VideoWriter(path, 25) as writer:
-        for frame, _ in CLIP:
-            writer.write(frame.pixels, frame.time)
+    write_film(path, CLIP)
     return path
 
 
@@ -53,9 +51,7 @@ def bad(film: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a folder of rows with one fault each, and of films that are not theirs."""
     folder = tmp_path_factory.mktemp("bad")
     for name, fps, frames in (("other.mkv", 25, FRAMES - 1), ("slow.mkv", 10, FRAMES)):
-        with VideoWriter(folder / name, fps) as writer:
-            for frame, _ in itertools.islice(CLIP, frames):
-                writer.write(frame.pixels, frame.index / fps)
+        write_film(folder / name, itertools.islice(CLIP, frames), fps)
     good = "0,0,1,,22,32,16,16,30,40,8,8,0,1,,tracking,,,\n"
     for name, text in {
         "head": "",
@@ -480,9 +476,7 @@ def test_a_history_that_was_changed(
 
 
 def test_rows_of_a_copy_that_was_cut(go: Tell) -> None:
-    with VideoWriter("cut.mkv", 25) as writer:
-        for frame, _ in itertools.islice(CLIP, 5):
-            writer.write(frame.pixels, frame.time)
+    write_film("cut.mkv", itertools.islice(CLIP, 5))
     assert go(f"track cut.mkv --init BOX -o rows.csv {OPTIONS}")[0] == 0
     assert "rows.csv ends at frame 4, and film.mkv at frame 23" in go("check FILM rows.csv")[1]
     assert "ends at frame" not in go("check cut.mkv rows.csv")[1]
@@ -492,9 +486,7 @@ def test_rows_of_a_copy_that_was_cut(go: Tell) -> None:
 def test_a_film_of_another_size_is_not_said_to_have_as_many_frames_as_the_rows(
     go: Tell, mark: str
 ) -> None:
-    with VideoWriter("small.mkv", 25) as writer:
-        for frame, _ in still((64, 48), target=(30, 20), frames=5):
-            writer.write(frame.pixels, frame.time)
+    write_film("small.mkv", still((64, 48), target=(30, 20), frames=5))
     assert go(f"track small.mkv {mark} --end 4 -o rows.csv {OPTIONS}")[0] == 0
     code, said = go("check FILM rows.csv")
     assert code == 3

@@ -13,12 +13,12 @@ from pathlib import Path
 
 import pytest
 
+from clips import write_film
 from commands import read_csv
 from motes.cli.demo import FILES, PAGE, STORIES, demo
 from motes.core.errors import ConfigError, FormatError
 from motes.core.track import COLUMNS
 from motes.rows.schema import NUMBERS
-from motes.video.writer import VideoWriter
 
 FRAMES = 6
 NAMES = [story.name for story in STORIES]
@@ -48,9 +48,7 @@ def test_the_films_do_not_depend_on_the_number_of_cores(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("MOTES_THREADS", "1")
-    with VideoWriter(tmp_path / "street.mp4", 25) as writer:
-        for frame, _ in islice(STORIES[1].film(0), FRAMES):
-            writer.write(frame.pixels)
+    write_film(tmp_path / "street.mp4", islice(STORIES[1].film(0), FRAMES))
     assert (tmp_path / "street.mp4").read_bytes() == (folder / "street.mp4").read_bytes()
 
 

@@ -9,10 +9,10 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from clips import write_film
 from commands import Go, read_csv, running
 from motes import Tracker, open_source
 from motes.synthetic.clips import crowd
-from motes.video.writer import VideoWriter
 
 FRAMES = 6
 BOXES = [(60, 40, 20, 30), (120, 50, 24, 24)]
@@ -22,9 +22,7 @@ TWO = " ".join(f"--init {','.join(map(str, box))}" for box in BOXES)
 @pytest.fixture(scope="module")
 def film(tmp_path_factory: pytest.TempPathFactory) -> str:
     path = tmp_path_factory.mktemp("film") / "film.mkv"
-    with VideoWriter(path, 25) as writer:
-        for frame, _ in crowd((200, 160), (20, 30), FRAMES):
-            writer.write(frame.pixels)
+    write_film(path, crowd((200, 160), (20, 30), FRAMES))
     return str(path)
 
 

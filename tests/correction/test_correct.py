@@ -12,6 +12,7 @@ import pytest
 from msgspec.structs import replace
 
 import motes
+from clips import write_film
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, iou
@@ -22,7 +23,6 @@ from motes.correction.doubts import ranked
 from motes.correction.join import Stretch
 from motes.sot.presets import preset
 from motes.synthetic.clips import Clip, occluded
-from motes.video.writer import VideoWriter
 
 FRAMES = 48
 
@@ -36,9 +36,7 @@ def clip() -> Clip:
 def film(clip: Clip, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a film in which a stem hides the target for a while."""
     path = tmp_path_factory.mktemp("film") / "film.mkv"
-    with VideoWriter(path, 25) as writer:
-        for frame, _ in clip:
-            writer.write(frame.pixels, frame.time)
+    write_film(path, clip)
     return path
 
 

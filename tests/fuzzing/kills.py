@@ -24,8 +24,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from arena import write_sequence
+from clips import write_film
 from motes import synthetic
-from motes.video.writer import VideoWriter
 from motes_lab.report import markdown
 from motes_lab.report.tables import Cell, Row, Table
 
@@ -115,9 +115,7 @@ def cases(clip: Path, sequences: Path) -> list[Case]:
 def render(folder: Path) -> tuple[Path, Path]:
     """Render a clip and a dataset; return both."""
     film = folder / "clip.mp4"
-    with VideoWriter(film, 25) as writer:
-        for frame, _ in synthetic.crossing(SIZE, 400):
-            writer.write(frame.pixels)
+    write_film(film, synthetic.crossing(SIZE, 400))
     for name, clip in (("a", synthetic.crossing(SIZE, 60)), ("b", synthetic.turning(SIZE, 60))):
         write_sequence(folder / "sequences" / name, clip)
     return film, folder / "sequences"

@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 from PIL import Image
 
+from clips import write_film
 from commands import Go, running
 from motes import open_source, read_track
 from motes.cli import main
@@ -26,7 +27,6 @@ from motes.formats.rows import recording_of_journal
 from motes.rows.schema import FrameRow, Header
 from motes.rows.writer import JournalWriter
 from motes.synthetic.clips import crowd
-from motes.video.writer import VideoWriter
 
 FRAMES = 12
 BOX = "--init 60,40,20,30 --preset mean_shift"
@@ -73,9 +73,7 @@ def test_a_run_leaves_out_frames_in_which_the_target_is_searched_for(
 def test_how_long_a_film_goes_on_may_not_be_known(tmp_path: Path) -> None:
     """As of a camera, or of a film that is gone when its run ends: its track stays open."""
     path = tmp_path / "film.mkv"
-    with VideoWriter(path, 25) as writer:
-        for frame, _ in crowd((200, 160), (20, 30), 3):
-            writer.write(frame.pixels)
+    write_film(path, crowd((200, 160), (20, 30), 3))
     for gone in (False, True):
         with open_source(path, end=1) as source:
             document = tmp_path / f"{gone}.xml"
