@@ -199,10 +199,7 @@ def test_a_configuration_is_laid_over_its_preset(home: Path) -> None:
     ("name", "error"),
     [
         ("numiaro", "did you mean nummiaro?"),
-        (
-            "maggio:O-RO",
-            "neither such a name here nor a module maggio; did you mean maggio",
-        ),
+        ("maggio:O-RO", "neither such a name here nor a module maggio; did you mean maggio"),
         ("motes:scene", "It follows many objects, and this dataset has one."),
         ("zzz", "known are default"),
         ("no.toml", "cannot be read: No such file"),

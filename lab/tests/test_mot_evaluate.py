@@ -18,19 +18,8 @@ from numpy.typing import NDArray
 from arena import at_home
 from crowds import TRACKERS, rows, write_crowd
 from in_process import InProcess
-from motes import (
-    Box,
-    ConfigError,
-    Detection,
-    FormatError,
-    Frame,
-    MissingDependencyError,
-)
-from motes_lab.adapters.mot import (
-    AssociationAdapter,
-    FoundObject,
-    SequenceInfo,
-)
+from motes import Box, ConfigError, Detection, FormatError, Frame, MissingDependencyError
+from motes_lab.adapters.mot import AssociationAdapter, FoundObject, SequenceInfo
 from motes_lab.adapters.registry import mot_tracker_spec, resolve, with_detector
 from motes_lab.datasets.mot import MotSequence, load_mot_dataset
 from motes_lab.datasets.mot_rows import MotRows

@@ -92,11 +92,7 @@ def recorded(name: str, frames: int) -> tuple[Recorder, Series]:
         rows.append(
             (
                 *(frame.index, *track.ellipse[:4], tracker.info.n_supporting),
-                *(
-                    track.status == "tracking",
-                    seconds,
-                    recorder.shift,
-                ),
+                *(track.status == "tracking", seconds, recorder.shift),
             )
         )
     return recorder, Series(*[*np.array(rows, float).T, np.array(cue_weights)])

@@ -47,10 +47,7 @@ def go(film: Path, here: Path, capfd: pytest.CaptureFixture[str]) -> Tell:
         ("track film.mkv --out-video=seen.mp4", "There is no option --out-video; --overlay"),
         ("check film.mkv rows.csv -o -", "-o does not take -; see motes check --help"),
         ("track film.mkv --start", "--start needs a value; see motes track --help"),
-        (
-            "track film.mkv --particles",
-            "a key of the configuration; write --set particles=",
-        ),
+        ("track film.mkv --particles", "a key of the configuration; write --set particles="),
         (
             "refine film.mkv rows.csv --scale 85",
             "There is no option --scale here; motes convert ROWS OTHER --scale … adds metres",

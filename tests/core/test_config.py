@@ -19,16 +19,7 @@ from msgspec import Meta
 import motes
 from kinds import CONFIGS
 from motes.cli.settings import value_of
-from motes.core.config import (
-    Config,
-    Count,
-    Positive,
-    Share,
-    from_dict,
-    from_toml,
-    to_dict,
-    to_toml,
-)
+from motes.core.config import Config, Count, Positive, Share, from_dict, from_toml, to_dict, to_toml
 from motes.core.config_keys import meanings
 from motes.core.errors import ConfigError
 from motes.core.type_words import words
@@ -42,12 +33,7 @@ from motes.sot.filtering.bin_updates import KalmanBins
 from motes.sot.filtering.fusion import Fixed
 from motes.sot.filtering.likelihood import Gaussian
 from motes.sot.filtering.model_update import ExponentialForgetting, PerCue
-from motes.sot.filtering.motion import (
-    Autoregressive,
-    ConstantVelocity,
-    Noise,
-    RandomWalk,
-)
+from motes.sot.filtering.motion import Autoregressive, ConstantVelocity, Noise, RandomWalk
 from motes.sot.filtering.resampling import Multinomial
 from motes.sot.mean_shift import MeanShift
 from motes.sot.particle_filter import ParticleFilter

@@ -17,12 +17,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes.cues.sampling import PROFILES, EveryPixel, Lattice, Sampling, sunflower
-from motes.cues.structure_tensor import (
-    HYSTERESIS,
-    Filters,
-    Orientation,
-    filters_of,
-)
+from motes.cues.structure_tensor import HYSTERESIS, Filters, Orientation, filters_of
 from motes.kernels.structures import PixelGrid, Reading
 from oracles import (
     Pixels,

@@ -37,13 +37,7 @@ def test_the_surest_is_taken() -> None:
 
 
 @pytest.mark.parametrize(
-    "box",
-    [
-        Box(-9, 5, 10, 10),
-        Box(5, 77, 10, 10),
-        Box(0, 0, 101, 10),
-        Box(5, 5, 1.5, 10),
-    ],
+    "box", [Box(-9, 5, 10, 10), Box(5, 77, 10, 10), Box(0, 0, 101, 10), Box(5, 5, 1.5, 10)]
 )
 def test_what_no_tracker_could_start_on_is_left_out(box: Box) -> None:
     assert best([Detection(box, 9.0)], EMPTY) is None

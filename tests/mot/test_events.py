@@ -62,8 +62,7 @@ def test_events_of_one_visit() -> None:
 
 
 @pytest.mark.parametrize(
-    ("begin", "speed", "crosses"),
-    [((60, 40), 10, [(6, 2)]), ((60, 80), 0, []), ((30, 40), 0, [])],
+    ("begin", "speed", "crosses"), [((60, 40), 10, [(6, 2)]), ((60, 80), 0, []), ((30, 40), 0, [])]
 )
 def test_parts_of_one_path_cross_once(
     begin: tuple[float, float], speed: float, crosses: list[tuple[int, int]]

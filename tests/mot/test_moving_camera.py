@@ -17,12 +17,7 @@ from motes.mot.detection import moving_camera
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.detection.global_motion import GlobalMotion, Model
 from motes.mot.detection.lookalike import LookalikeDetector
-from motes.mot.detection.moving_camera import (
-    Camera,
-    MovingCamera,
-    PannedDetector,
-    before_camera,
-)
+from motes.mot.detection.moving_camera import Camera, MovingCamera, PannedDetector, before_camera
 from motes.mot.scene import Scene
 from motes.mot.scene_config import scene_config
 

@@ -109,11 +109,7 @@ def test_a_data_frame(tmp_path: Path, form: str) -> None:
             f"{HEAD}\n{ROW}\n{ROW.replace('0.5', 'half')}\n",
             "row 2: confidence: 'half' is not a number",
         ),
-        (
-            "a.csv",
-            f"{HEAD}\n{ROW.replace('0,', '0.5,', 1)}\n",
-            "row 1: frame: '0.5' is no whole",
-        ),
+        ("a.csv", f"{HEAD}\n{ROW.replace('0,', '0.5,', 1)}\n", "row 1: frame: '0.5' is no whole"),
         ("a.csv", f"frame\n{1 << 70}\n", "too "),
         ("a.jsonl", '{"frame": 0}\n{"frame": 1, "x": 2}\n', "line 2 has other keys"),
         ("a.jsonl", '{"frame": 0, "status": 1}\n', "row 1: status: 1 is no text"),

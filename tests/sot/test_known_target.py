@@ -97,11 +97,7 @@ def test_a_border_covers_the_edge_once(width: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("box", "inside"),
-    [
-        ((5, 6, 7, 8), (5, 6, 7, 8)),
-        ((-9, -9, 900, 900), (0, 0, 40, 32)),
-    ],
+    ("box", "inside"), [((5, 6, 7, 8), (5, 6, 7, 8)), ((-9, -9, 900, 900), (0, 0, 40, 32))]
 )
 def test_a_door_is_cut_to_the_frame(box: Any, inside: Any) -> None:
     picture = Frame(0, 0.0, np.zeros((32, 40, 3), np.uint8))

@@ -176,8 +176,7 @@ class Clock:
 
 
 @pytest.mark.parametrize(
-    ("backlog", "speed", "recorded"),
-    [(3.0, 1.0, False), (0.0, 1.1, False), (0.0, 5.0, True)],
+    ("backlog", "speed", "recorded"), [(3.0, 1.0, False), (0.0, 1.1, False), (0.0, 5.0, True)]
 )
 def test_what_comes_faster_than_its_own_clock_is_recorded(
     monkeypatch: pytest.MonkeyPatch, backlog: float, speed: float, recorded: bool

@@ -615,11 +615,7 @@ def test_pictures_are_freed_at_once(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("name", "values"),
-    [
-        ("start", [-1, True, "1", 10**20]),
-        ("end", [0, 2.5]),
-        ("stride", [0, 0.5, 2**63]),
-    ],
+    [("start", [-1, True, "1", 10**20]), ("end", [0, 2.5]), ("stride", [0, 0.5, 2**63])],
 )
 def test_a_senseless_selection_is_refused(whole: Path, name: str, values: list[Any]) -> None:
     for value in values:

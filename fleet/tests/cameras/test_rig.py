@@ -19,16 +19,7 @@ import numpy as np
 import pytest
 
 from commands import read_csv
-from motes import (
-    BackgroundDetector,
-    Ellipse,
-    Frame,
-    KnownTarget,
-    Place,
-    Scene,
-    open_source,
-    preset,
-)
+from motes import BackgroundDetector, Ellipse, Frame, KnownTarget, Place, Scene, open_source, preset
 from motes.cli import main
 from motes.cues import Color
 from motes_fleet.cameras import live, rig_camera

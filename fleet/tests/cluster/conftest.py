@@ -10,12 +10,7 @@ from typing import Any
 
 import pytest
 
-HEAD = {
-    "num_cpus": 1,
-    "include_dashboard": False,
-    "include_log_monitor": False,
-    "no_monitor": True,
-}
+HEAD = {"num_cpus": 1, "include_dashboard": False, "include_log_monitor": False, "no_monitor": True}
 """Nobody reads the logs of workers, or waits for nodes that a cloud adds."""
 QUICK = {
     "health_check_initial_delay_ms": 1000,
