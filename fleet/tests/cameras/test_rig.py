@@ -22,7 +22,6 @@ import pytest
 from motes import (
     BackgroundDetector,
     Ellipse,
-    Frame,
     KnownTarget,
     Place,
     Scene,
@@ -31,8 +30,8 @@ from motes import (
 )
 from motes.cli import main
 from motes.cues import Color
-from motes_fleet.cameras import live, rig_camera
 from motes_fleet.cameras import rig as rig_runner
+from motes_fleet.cameras import rig_camera
 from motes_fleet.cameras.camera_report import (
     Arrival,
     CameraEnded,
@@ -406,8 +405,8 @@ def test_half_of_somebody_is_not_told_of(films: Path) -> None:
     for door in (True, False):
         scene = Scene(BackgroundDetector())
         lookout = CameraReporter(Camera("hall", "", place=(place,) * door), scene)
-        with live.open_watched(str(films / "hall.mkv")) as film:
-            frames = [frame for frame in film if isinstance(frame, Frame)]
+        with open_source(films / "hall.mkv") as film:
+            frames = list(film)
         reports[door] = [r for r in map(lookout.report, frames) if r.sightings]
     first, early = reports[True][0].sightings[0], reports[False][0].sightings[0]
     assert early.box.x < 2 <= first.box.x

@@ -57,7 +57,7 @@ class RigRunner:
     ) -> Iterator[tuple[CameraReport, Mapping[int, int]] | CameraMessage | CameraEnded]:
         while any(not camera.over or camera.reports for camera in self._cameras):
             for camera in self._cameras:
-                camera.look()
+                yield from camera.look()
             pipes = {
                 camera.pipe: camera
                 for camera in self._cameras
