@@ -11,10 +11,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from motes import MotesError, SourceError
+from motes import ConfigError, MotesError, SourceError
 from motes.core import from_toml, optional
 from motes.rows import text_name
-from motes_fleet.cluster.jobs import COLUMNS, Job, check_columns, job_of, noted, read_job
+from motes_fleet.cluster.jobs import Job, noted, read_job
 
 Row = tuple[int, Mapping[str, Any]]
 SHOWN = 50
@@ -56,7 +56,10 @@ class JobTable:
     def jobs(self) -> Iterator[Job]:
         """Yield the jobs of a table that was checked."""
         for _, row in self.rows():
-            yield job_of(*self._columns(row))
+            job, wrong = read_job(*self._columns(row))
+            if job is None:
+                raise ConfigError(" ".join(wrong))
+            yield job
 
     def _columns(self, row: Mapping[str, Any]) -> tuple[Mapping[str, Any], str]:
         """Return the columns of a row with the defaults, and the name of a job without one."""
@@ -84,18 +87,15 @@ class JobTable:
         jobs = count = 0
         for number, row in self.rows():
             jobs += 1
-            wrong = list[str]()
-            with noted(wrong):
-                check_columns(row)
-            with noted(wrong):
-                known = {name: value for name, value in row.items() if name in COLUMNS}
-                job, mistakes = read_job(*self._columns(known))
-                wrong += [*mistakes, *(_wrong_files(job, missing) if job.source else ())]
+            job, wrong = read_job(*self._columns(row))
+            if job is not None:
+                wrong += _wrong_files(job, missing)
                 if (other := names.setdefault(job.name, number)) != number:
                     wrong.append(
                         f"row {other} has the name {job.name!r} too; give each job its own."
                     )
-                if not wrong:
+            if job is not None and not wrong:
+                with noted(wrong):
                     check(job)
             count += bool(wrong)
             for text in wrong:
@@ -107,7 +107,7 @@ class JobTable:
 def _wrong_files(job: Job, missing: Callable[[str], bool]) -> Iterator[str]:
     """Yield what is wrong with the names of a job's files."""
     for column, path in job.files:
-        if missing(path):
+        if path and missing(path):
             yield f"the {column} {path} is missing; check the name."
         elif text_name(path) != path:  # the list of jobs could not hold it
             yield f"the name {path} has bytes that are no text; rename the file."
