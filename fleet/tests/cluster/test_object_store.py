@@ -64,7 +64,7 @@ def test_a_batch_from_s3_to_s3(
 
     files, _ = server
     monkeypatch.chdir(tmp_path)
-    work_here(monkeypatch, "motes_fleet.cluster.open_pool")
+    work_here(monkeypatch)
     for film in batch_jobs.films(tmp_path, 2):
         files.put_file(str(film), f"films/{film.name}")
     rows = [{"source": f"s3://films/film-{n}.mp4"} for n in (0, 1)]

@@ -37,10 +37,8 @@ def watch_camera(
     ----------
     line
         To the place where reports meet.
-    camera
-        The camera.
-    seed
-        Seed of the random numbers.
+    camera, seed
+        The camera, and the seed of its random numbers.
     origin
         The reading of `time.monotonic` at time 0 of live frames.
     target

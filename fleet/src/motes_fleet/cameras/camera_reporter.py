@@ -64,16 +64,9 @@ class Doors:
 
 
 class CameraReporter:
-    """Turns a camera's frames into reports.
+    """Turns a camera's frames into reports of the objects that its scene finds and follows.
 
-    Parameters
-    ----------
-    camera
-        The camera.
-    scene
-        Its scene, which finds and follows objects.
-    seed
-        Seed of the samples of expected objects.
+    The seed is for the samples of expected objects.
     """
 
     def __init__(self, camera: Camera, scene: Scene, seed: int = 0) -> None:

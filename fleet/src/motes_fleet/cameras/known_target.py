@@ -28,15 +28,6 @@ class KnownTargetReporter:
 
     The tracker searches at the camera's places, or everywhere if it has none, and where another
     camera expects the target.
-
-    Parameters
-    ----------
-    camera
-        The camera.
-    target
-        The target.
-    seed
-        Seed of the random numbers.
     """
 
     def __init__(self, camera: Camera, target: KnownTarget, seed: int = 0) -> None:

@@ -90,12 +90,7 @@ def checksum(path: str) -> str:
 def localized(job: Job, folder: Path) -> tuple[Job, tuple[InputFile, ...]]:
     """Return a job whose files are on this machine, and what they are.
 
-    Parameters
-    ----------
-    job
-        The job.
-    folder
-        Where copies of remote files go.
+    Copies of remote files go into the folder.
 
     Raises
     ------

@@ -17,16 +17,8 @@ from motes_fleet.cluster.work import Made
 def make(job: Job, folder: Path, form: str, overlay: bool) -> Made:
     """Write the rows of a job, its events and its annotated video into a folder.
 
-    Parameters
-    ----------
-    job
-        The job, whose files are on this machine.
-    folder
-        An empty folder.
-    form
-        The ending of the rows: Parquet is made of those that the command has written.
-    overlay
-        Whether there is an annotated video.
+    The files of the job are on this machine, and the folder is empty. The rows end in `form`:
+    Parquet is made of those that the command has written.
 
     Raises
     ------

@@ -21,13 +21,7 @@ if TYPE_CHECKING:
 
 
 class TrackingFunction:
-    """Tracks rectangles, as `cvat_sdk.auto_annotation.TrackingFunction` describes it.
-
-    Parameters
-    ----------
-    preset
-        The preset of the tracker.
-    """
+    """Tracks rectangles, as `cvat_sdk.auto_annotation.TrackingFunction` describes it."""
 
     def __init__(self, preset: str = "default") -> None:
         self._preset = preset
