@@ -107,13 +107,23 @@ def test_a_file_that_is_missing_is_not_waited_for() -> None:
         opened("missing.mp4", None, print, print)
 
 
-def test_frames_that_waited_in_the_network_have_the_times_of_the_others() -> None:
+def test_frames_that_waited_in_the_network_are_left_out() -> None:
     """The source's clock is 7 s late; its first ten frames come all at once."""
     arrived = [max(0.04 * n, 0.36) + 107 for n in range(40)]
     frames = [Frame(n, 0.04 * n, PIXELS, arrived=at) for n, at in enumerate(arrived)]
-    times = [frame.time for frame in on_clock(frames, 100.0)]
-    assert (np.diff(times) > 0).all()
-    assert times[9:] == pytest.approx([at - 100 for at in arrived[9:]], abs=0.01)
+    taken = list(on_clock(frames, 100.0))
+    assert [frame.index for frame in taken] == [0, *range(10, 40)]
+    times = [frame.time for frame in taken]
+    assert times == pytest.approx([arrived[frame.index] - 100 for frame in taken])
+
+
+def test_frames_that_come_in_bursts_have_the_steps_of_the_source() -> None:
+    arrived = [0.04 * (n - n % 5 + 4) + 50 for n in range(400)]
+    frames = [Frame(n, 0.04 * n, PIXELS, arrived=at) for n, at in enumerate(arrived)]
+    taken = list(on_clock(frames, 50.0))
+    assert [frame.index for frame in taken] == [0, *range(5, 400)]
+    steps = np.diff([frame.time for frame in taken[1:]])
+    assert np.quantile(steps, [0.1, 0.9]) == pytest.approx([0.04, 0.04], abs=0.005)
 
 
 def test_a_clock_that_drifts_is_followed() -> None:

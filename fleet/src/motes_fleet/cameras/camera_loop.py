@@ -69,7 +69,7 @@ def _watched(
                 reporter.expect(arrivals)
                 line.send(reporter.report(frame))
                 frames += 1
-                dropped = film.report.late
+                dropped = frame.index + 1 - frames
     except MotesError as error:
         failure = str(error)
     except BrokenPipeError:

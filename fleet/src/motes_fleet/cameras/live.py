@@ -62,7 +62,8 @@ def on_clock(frames: Iterable[Frame], origin: float) -> Iterator[Frame]:
 
     Steps are those of the source, as frames may arrive in bursts. The frame that was underway for
     the shortest time so far shows how far the two clocks are apart; as they drift, the difference
-    follows the mean slowly.
+    follows the mean slowly. Frames that were sent while the source was opened arrive all at once,
+    each underway for a step less than the one before; they are old, and left out.
 
     Parameters
     ----------
@@ -72,9 +73,14 @@ def on_clock(frames: Iterable[Frame], origin: float) -> Iterator[Frame]:
         The reading of `time.monotonic` at time 0.
     """
     apart: float | None = None
-    reached = 0.0
+    stamp = reached = 0.0
     for frame in frames:
         late = (frame.arrived or time.monotonic()) - frame.time
-        apart = late if apart is None else min(late, apart + CLOCK_GAIN * (late - apart))
-        reached = max(reached + MIN_STEP, frame.time + apart - origin)
-        yield Frame(frame.index, reached, frame.pixels)
+        step, stamp = frame.time - stamp, frame.time
+        old = apart is not None and late < apart - step / 2
+        if apart is None or late < apart:
+            apart = late
+        apart += CLOCK_GAIN * (late - apart)
+        if not old:
+            reached = max(reached + MIN_STEP, frame.time + apart - origin)
+            yield Frame(frame.index, reached, frame.pixels)
