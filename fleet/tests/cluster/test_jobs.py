@@ -12,7 +12,6 @@ import pytest
 
 import batch_jobs
 from motes import MotesError
-from motes_fleet.cluster.inputs import missing
 from motes_fleet.cluster.jobs import Job, read_job
 from motes_fleet.cluster.table import JobTable
 
@@ -78,7 +77,7 @@ def test_every_form_of_a_table(tmp_path: Path) -> None:
     for name in ("a.csv", "b.jsonl", "c.parquet", "d.toml"):
         table = JobTable(str(tmp_path / name))
         assert list(table.jobs()) == expected, name
-        assert table.problems(missing, lambda _: None) == (2, 0, [])
+        assert table.problems(lambda _: None) == (2, 0, [])
     films = JobTable(str(tmp_path / "film-*.mp4"), {"do": "watch"})
     assert [job.name for job in films.jobs()] == ["film-0", "film-1"]
 

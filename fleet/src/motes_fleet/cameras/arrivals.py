@@ -28,10 +28,8 @@ def in_overlap(
 
     Parameters
     ----------
-    ground
-        The ground that both cameras see.
-    known
-        The object.
+    ground, known
+        The ground that both cameras see, and the object.
     size
         Width and height of the other picture.
     now, until

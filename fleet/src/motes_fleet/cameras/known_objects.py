@@ -82,9 +82,6 @@ class KnownObjects:
         self._by_identity: defaultdict[int, list[KnownObject]] = defaultdict(list)
         self._births = 0
 
-    def __len__(self) -> int:
-        return sum(map(len, self._by_camera.values()))
-
     def add(self, own: int, known: KnownObject) -> None:
         """Add a new object, which has an identity in its camera."""
         self._births += 1

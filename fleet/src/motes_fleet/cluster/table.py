@@ -14,6 +14,7 @@ from typing import Any
 from motes import ConfigError, MotesError, SourceError
 from motes.core import from_toml, optional
 from motes.rows import text_name
+from motes_fleet.cluster.inputs import stamp
 from motes_fleet.cluster.jobs import Job, noted, read_job
 
 Row = tuple[int, Mapping[str, Any]]
@@ -68,19 +69,11 @@ class JobTable:
         named = source.parent.name if glob.has_magic(source.name) else source.stem
         return {**self.defaults, **given}, named
 
-    def problems(
-        self, missing: Callable[[str], bool], check: Callable[[Job], None]
-    ) -> tuple[int, int, list[str]]:
+    def problems(self, check: Callable[[Job], None]) -> tuple[int, int, list[str]]:
         """Return the number of jobs, of those with problems, and the first problems.
 
-        Each has its rows; one that several rows have is there once.
-
-        Parameters
-        ----------
-        missing
-            Whether a file is missing.
-        check
-            Raises a MotesError for a job that cannot be used.
+        Each has its rows; one that several rows have is there once. `check` raises a MotesError for
+        a job that cannot be used.
         """
         names: dict[str, int] = {}
         found: dict[str, list[int]] = {}
@@ -89,14 +82,14 @@ class JobTable:
             jobs += 1
             job, wrong = read_job(*self._columns(row))
             if job is not None:
-                wrong += _wrong_files(job, missing)
                 if (other := names.setdefault(job.name, number)) != number:
                     wrong.append(
                         f"row {other} has the name {job.name!r} too; give each job its own."
                     )
-            if job is not None and not wrong:
                 with noted(wrong):
-                    check(job)
+                    wrong += _wrong_files(job)
+                    if not wrong:
+                        check(job)
             count += bool(wrong)
             for text in wrong:
                 if text in found or len(found) < SHOWN:
@@ -104,10 +97,10 @@ class JobTable:
         return jobs, count, [f"{self.name}, {_rows(rows)}: {text}" for text, rows in found.items()]
 
 
-def _wrong_files(job: Job, missing: Callable[[str], bool]) -> Iterator[str]:
+def _wrong_files(job: Job) -> Iterator[str]:
     """Yield what is wrong with the names of a job's files."""
     for column, path in job.files:
-        if path and missing(path):
+        if path and not stamp(path):
             yield f"the {column} {path} is missing; check the name."
         elif text_name(path) != path:  # the list of jobs could not hold it
             yield f"the name {path} has bytes that are no text; rename the file."

@@ -18,7 +18,6 @@ from motes.mot import check_code
 from motes.sot import Network
 from motes_fleet.cluster import driver, machine
 from motes_fleet.cluster import pool as pools
-from motes_fleet.cluster.inputs import missing
 from motes_fleet.cluster.jobs import Job
 from motes_fleet.cluster.open_pool import open_pool
 from motes_fleet.cluster.state import (
@@ -125,7 +124,7 @@ def batch(
         optional("pyarrow", "Parquet needs pyarrow", "motes[parquet]")
     table = JobTable(jobs, columns.columns())
     check = functools.partial(_check_config, own_code=work.own_code)
-    count, bad, problems = table.problems(missing, check)
+    count, bad, problems = table.problems(check)
     for problem in problems:
         log(problem)
     if bad:

@@ -7,15 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from motes import ConfigError, Ellipse, FormatError, KnownTarget, SourceError, Track, TrackWriter
-from motes.cli import (
-    DONE,
-    NOT_FOUND,
-    PARTIAL,
-    check_not_source,
-    default_output,
-    error_context,
-    log,
-)
+from motes.cli import DONE, NOT_FOUND, PARTIAL, check_not_source, default_output, error_context, log
 from motes.core import counted, interrupts, read_text
 from motes.mot import check_code
 from motes.rows import FORMS, FrameRow
@@ -90,11 +82,11 @@ def watch_rig(
                         found.update(identities.values())
                     elif isinstance(news, CameraMessage):
                         log(f"camera {news.camera}: {news.text}")
-                    elif news.failure is not None:
-                        failures.append(f"camera {news.camera}: {news.failure}")
-                        log(failures[-1])
-                    if not isinstance(news, tuple):
-                        dropped += getattr(news, "dropped", 0)
+                    else:
+                        dropped += news.dropped
+                        if news.failure is not None:
+                            failures.append(f"camera {news.camera}: {news.failure}")
+                            log(failures[-1])
         except KeyboardInterrupt as interrupt:
             interrupted = interrupt  # and all processes are ended as at the end
     if len(failures) == len(frames):

@@ -123,14 +123,10 @@ def state(objects: int, totals: Mapping[str, int], regions: Regions) -> str:
 
     They are that of objects in the picture, and the totals (`Event.total`) of lines and zones.
     """
-    numbers = {_key(name): totals.get(name, 0) for name in _totals(regions)}
-    return msgspec.json.encode({"objects": objects, **numbers}).decode()
-
-
-def _totals(regions: Regions) -> list[str]:
-    """Return the names of the totals: the directions of lines, entries and exits of zones."""
     names = [f"{name} {label}" for name, line in regions.lines.items() for label in line.label]
-    return names + [f"{name} {what}" for name in regions.zones for what in ("enters", "leaves")]
+    names += [f"{name} {what}" for name in regions.zones for what in ("enters", "leaves")]
+    numbers = {_key(name): totals.get(name, 0) for name in names}
+    return msgspec.json.encode({"objects": objects, **numbers}).decode()
 
 
 def _key(name: str) -> str:
