@@ -12,7 +12,7 @@ from pathlib import Path
 import msgspec
 
 from motes import SourceError
-from motes.correction import ENDING
+from motes.correction import History
 from motes_fleet.cluster.jobs import Job
 from motes_fleet.cluster.objects import Objects
 from motes_fleet.cluster.store import sha256
@@ -33,7 +33,7 @@ class InputFile(msgspec.Struct, frozen=True):
 def paths_of(job: Job) -> list[str]:
     """Return the files that a job reads, its source first."""
     found = [path for _, path in job.files]
-    history = None if job.rows is None else f"{job.rows}{ENDING}"
+    history = None if job.rows is None else f"{job.rows}{History.ENDING}"
     return [*found, history] if history is not None and stamp(history) else found
 
 

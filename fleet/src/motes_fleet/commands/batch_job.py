@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from motes.cli import NOT_FOUND, call
-from motes.correction import ENDING, history_beside
+from motes.correction import History
 from motes_fleet.cluster.jobs import Job
 from motes_fleet.cluster.work import Made
 
@@ -29,12 +29,12 @@ def make(job: Job, folder: Path, form: str, overlay: bool) -> Made:
     wanted = folder / f"rows.{form}"
     with contextlib.redirect_stderr(io.StringIO()), warnings(job.source) as notes:
         code = call(command_line(job, rows, overlay=overlay))
-        history = history_beside(rows)
+        history = History.beside(rows)
         assert history is not None  # every such command leaves one
         if rows != wanted:
             call(["convert", str(rows), str(wanted), *_option("label", job.label)])
             rows.unlink()
-            Path(f"{rows}{ENDING}").unlink()
+            History.path(rows).unlink()
     if code == NOT_FOUND:
         notes.insert(0, f"Nothing was ever found by {job.do}.")
     return len(history.used), " ".join(dict.fromkeys(notes)) or None
