@@ -11,7 +11,6 @@ from msgspec import structs
 from motes.core.errors import FormatError
 from motes.core.track import Status, Track
 from motes.formats.recording import ANONYMOUS, Recording
-from motes.mot.boxes import is_cut
 from motes.rows.schema import FrameRow
 
 VISIBLE = (Status.TRACKING, Status.INTERPOLATED)
@@ -73,7 +72,7 @@ def certain(recorded: Recording) -> Recording:
         last |= dict.fromkeys([*(each.identity for each in row.objects), *row.searched], row.frame)
         others = [each for each in row.objects if each.status is not Status.LOST]
         seen |= dict.fromkeys([*(each.identity for each in others), *row.searched], row.frame)
-        cut |= {each.identity: is_cut(each.box, size) for each in others}
+        cut |= {each.identity: each.box.is_cut(size) for each in others}
     end = max((row.frame for row in recorded), default=0)
 
     def missed(each: Track, frame: int) -> bool:

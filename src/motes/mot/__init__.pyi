@@ -1,9 +1,7 @@
 """The public names of this package."""
 
 from .assignment import assign as assign
-from .boxes import foot_of as foot_of
 from .boxes import intersection_over_first as intersection_over_first
-from .boxes import is_cut as is_cut
 from .expected import CUE as CUE
 from .expected import Expected as Expected
 from .look import Look as Look

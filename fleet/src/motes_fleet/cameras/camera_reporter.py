@@ -10,7 +10,7 @@ import numpy as np
 
 from motes import Box, Frame, Place, Scene, Status, Track
 from motes.core import Floats
-from motes.mot import CUE, Expected, Look, intersection_over_first, is_cut, looks_at
+from motes.mot import CUE, Expected, Look, intersection_over_first, looks_at
 from motes_fleet.cameras.arrivals import expected_of
 from motes_fleet.cameras.camera_report import Arrival, CameraReport, ObjectReport, packed
 from motes_fleet.cameras.rig_config import Camera
@@ -133,7 +133,7 @@ class CameraReporter:
         seen, whole = each.status is Status.TRACKING, False
         view = self._views.get(each.identity)
         if view is None or seen:
-            whole = not is_cut(each.box, (frame.width, frame.height))
+            whole = not each.box.is_cut((frame.width, frame.height))
             places = doors.at(each.box)
             if view is None:
                 view = self._views[each.identity] = _View(frame.time, places)
