@@ -30,7 +30,7 @@ from motes.sot.algorithm import Algorithm
 from motes.sot.bare import bare_note
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.known_target import KnownTarget
-from motes.sot.network.network import Network, files_of
+from motes.sot.network.network import Network
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.places import Place, boxes_of
 from motes.sot.presets import TrackerConfig, preset
@@ -76,7 +76,7 @@ class Tracker:
         if network:
             if not isinstance(self.config, Discriminative):
                 raise ConfigError("Only preset default takes a network; choose preset default.")
-            self.config = replace(self.config, network=Network(files_of(network)))
+            self.config = replace(self.config, network=Network.named(network))
         if isinstance(self.config, Discriminative) and self.config.network:
             self.config.network.open()
         self._algorithm: Algorithm[Any] = self.config

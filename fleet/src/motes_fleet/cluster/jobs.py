@@ -14,7 +14,7 @@ from msgspec.structs import astuple, replace
 
 from motes import MotesError
 from motes.core import as_ellipse, check_label, words
-from motes.sot import paths_of
+from motes.sot import Network
 from motes.video import check_rate, is_recorded
 
 Region = tuple[float, ...]
@@ -96,7 +96,7 @@ def read_job(row: Mapping[str, Any], name: str) -> tuple[Job | None, list[str]]:
     if isinstance(networks := given.get("network"), str):
         with noted(wrong):
             del given["network"]
-            given["network"] = paths_of([path.strip() for path in networks.split(",")])
+            given["network"] = Network.named([path.strip() for path in networks.split(",")]).paths
     mistyped = list[str]()
     for key, value in given.items():
         try:
