@@ -11,7 +11,6 @@ from .regions import ABSENT as ABSENT
 from .regions import MAX_FRAME as MAX_FRAME
 from .regions import TruthRegion as TruthRegion
 from .regions import read_regions as read_regions
-from .regions import region_of_pixels as region_of_pixels
 from .registry import Format as Format
 from .truth import absences as absences
 from .truth import kind_of as kind_of
