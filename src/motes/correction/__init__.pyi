@@ -5,7 +5,6 @@ from .coordinates import Coordinates as Coordinates
 from .correct import correct_stretch as correct_stretch
 from .correct import stretches as stretches
 from .correct import tracks_of as tracks_of
-from .doubts import RIGHT as RIGHT
 from .doubts import ranked as ranked
 from .history import History as History
 from .keyframes import Keyframes as Keyframes
