@@ -2,12 +2,9 @@
 
 from .assignment import assign as assign
 from .boxes import intersection_over_first as intersection_over_first
-from .expected import CUE as CUE
 from .expected import Expected as Expected
 from .look import Look as Look
-from .look import looks_at as looks_at
 from .pipeline_config import WatchConfig as WatchConfig
 from .pipeline_config import check_code as check_code
-from .pipeline_config import for_lookalikes as for_lookalikes
 from .pipeline_config import named_detector as named_detector
 from .pipeline_config import watch_config as watch_config

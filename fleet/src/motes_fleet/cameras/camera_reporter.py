@@ -10,7 +10,7 @@ import numpy as np
 
 from motes import Box, Frame, Place, Scene, Status, Track
 from motes.core import Floats
-from motes.mot import CUE, Expected, Look, intersection_over_first, looks_at
+from motes.mot import Expected, Look, intersection_over_first
 from motes_fleet.cameras.arrivals import expected_of
 from motes_fleet.cameras.camera_report import Arrival, CameraReport, ObjectReport, packed
 from motes_fleet.cameras.rig_config import Camera
@@ -140,8 +140,8 @@ class CameraReporter:
             if view.reported:
                 view.places = places
             if not view.reported or (whole and each.detected):
-                view.histogram = packed(CUE.learn(frame, each.ellipse).histogram)
-            view.look = packed((clear or looks_at(frame, [each.ellipse])[0]).color)
+                view.histogram = packed(Expected.CUE.learn(frame, each.ellipse).histogram)
+            view.look = packed((clear or Look.at(frame, [each.ellipse])[0]).color)
         appears = not view.reported and seen
         expected = self._begun.get(each.identity)
         waits = bool(view.places) and not whole and frame.time - view.since < COMING

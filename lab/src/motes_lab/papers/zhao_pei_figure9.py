@@ -23,7 +23,7 @@ from motes import (
 )
 from motes.cli import numbers_of
 from motes.core import FRAME_INTERVAL, PreparedDetector, iou
-from motes.mot import assign, for_lookalikes, named_detector
+from motes.mot import assign, named_detector
 from motes_lab.adapters.mot import prepare
 from motes_lab.datasets.distractors import MATCH_IOU
 from motes_lab.datasets.mot import MotSequence, has_mot_sequences
@@ -77,7 +77,7 @@ def zhao_figure9(
     if like is not None:
         box = tuple(numbers_of("--like", like, "x,y,width,height"))
         chosen = LookalikeConfig(box)  # type: ignore[arg-type]
-        config, finder = for_lookalikes(config), LookalikeDetector(chosen, finder)
+        config, finder = config.for_lookalikes(), LookalikeDetector(chosen, finder)
     if has_mot_sequences(sequence):
         crowds, problems = crowds_of(sequence)
     else:
