@@ -14,7 +14,6 @@ import numpy as np
 
 from motes import Box, ConfigError, Frame, Status, Tracker
 from motes.core import optional
-from motes.formats import guessed
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -50,7 +49,7 @@ class TrackingFunction:
         """Return the shape in the next image; None if it is not found."""
         del context
         track = state.update(pp_image.pixels)
-        if track.status is not Status.TRACKING or guessed(track.status, track.confidence):
+        if track.status is not Status.TRACKING or track.guessed:
             return None
         return self._sdk.TrackableShape(type="rectangle", points=corners_of(track.box))
 
