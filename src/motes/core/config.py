@@ -8,13 +8,15 @@ import numbers
 import re
 import tomllib
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, TypeVar
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Self, TypeVar
 
 import msgspec
 from msgspec import Meta
 
 from motes.core.decode import MisfitError, decode, decode_at
 from motes.core.errors import ConfigError
+from motes.core.files import read_text
 
 Positive = Annotated[float, Meta(gt=0, le=1e9)]
 NonNegative = Annotated[float, Meta(ge=0, le=1e9)]
@@ -54,6 +56,29 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             msgspec.structs.force_setattr(
                 self, field.name, decode_at(field.name, value, field.type)
             )
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """Return the configuration in a TOML text; raise a ConfigError if it is not valid."""
+        config: Self = from_dict(from_toml(text, "this file"), cls)
+        return config
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """Return the configuration in a TOML file.
+
+        Raises
+        ------
+        SourceError
+            If the file cannot be read.
+        ConfigError
+            If it is not valid; the message begins with the name of the file.
+        """
+        text = read_text(path)
+        try:
+            return cls.parse(text)
+        except ConfigError as error:
+            raise ConfigError(f"{path}: {error}") from None
 
 
 C = TypeVar("C", bound=Config)

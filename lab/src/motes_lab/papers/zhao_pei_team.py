@@ -13,7 +13,6 @@ from motes.core import iou
 from motes.mot import assign
 from motes_lab.datasets.distractors import MATCH_IOU
 from motes_lab.experiment import Experiment, Result, ResultOptions
-from motes_lab.inputs import read_marks
 from motes_lab.report.tables import Cell, Row, Table, number
 
 HEAD = ("frame", "objects", "followed", "right", "precision", "recall")
@@ -53,7 +52,7 @@ def zhao_team(truth: Path, pictures: Path, /, *, results: ResultOptions = Result
     pictures
         The film or the folder of its pictures.
     """
-    return results.show("zhao-team", team(read_marks(truth, Team), pictures))
+    return results.show("zhao-team", team(Team.load(truth), pictures))
 
 
 def team(truth: Team, pictures: Path) -> Experiment:
