@@ -80,6 +80,18 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         except ConfigError as error:
             raise ConfigError(f"{path}: {error}") from None
 
+    def to_dict(self) -> dict[str, Any]:
+        """Return the configuration as nested plain dicts."""
+        plain: dict[str, Any] = _spread(self, msgspec.to_builtins(self))
+        return plain
+
+    def to_toml(self) -> str:
+        """Return the configuration as TOML text that `parse` reads back.
+
+        TOML has no null, so fields that are None are left out; None is always their default.
+        """
+        return msgspec.toml.encode(_without_none(self.to_dict())).decode()
+
 
 C = TypeVar("C", bound=Config)
 
@@ -92,12 +104,6 @@ def check_extra_names(config: Config) -> None:
                 f"{config.open_field} names {name!r}, which is the name of another key; choose "
                 "another name."
             )
-
-
-def to_dict(config: Config) -> dict[str, Any]:
-    """Return a configuration as nested plain dicts."""
-    plain: dict[str, Any] = _spread(config, msgspec.to_builtins(config))
-    return plain
 
 
 def _spread(value: Any, plain: Any) -> Any:
@@ -163,14 +169,6 @@ def from_toml(text: str, name: str) -> dict[str, Any]:
         raise ConfigError(f"{name} is not valid TOML: {error}.") from None
     except RecursionError:
         raise ConfigError(f"{name} is nested too deeply.") from None
-
-
-def to_toml(config: Config) -> str:
-    """Return a configuration as TOML text that `from_toml` reads back.
-
-    TOML has no null, so fields that are None are left out; None is always their default.
-    """
-    return msgspec.toml.encode(_without_none(to_dict(config))).decode()
 
 
 def _without_none(value: Any) -> Any:

@@ -11,7 +11,7 @@ import msgspec
 from msgspec.structs import replace
 
 from motes import __version__
-from motes.core.config import Config, from_dict, to_dict
+from motes.core.config import Config, from_dict
 from motes.core.errors import ConfigError, InputError
 from motes.core.files import write_whole, writing
 from motes.core.geometry import Ellipse
@@ -100,7 +100,7 @@ class History(msgspec.Struct, frozen=True, kw_only=True):
             stride=stride,
             fps=film.even_rate,
             preset=preset,
-            config=to_dict(config),
+            config=config.to_dict(),
             seed=seed,
             units=units,
             places=places,

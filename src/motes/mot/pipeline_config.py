@@ -7,7 +7,7 @@ from typing import Any
 
 from msgspec.structs import asdict, fields
 
-from motes.core.config import from_dict, merge, to_dict
+from motes.core.config import from_dict, merge
 from motes.core.detection import Detector, DetectorConfig
 from motes.core.errors import ConfigError
 from motes.core.registry import Registry
@@ -67,7 +67,7 @@ def watch_config(
         If the TOML file beside an ONNX file cannot be read.
     """
     given = WatchConfig(**asdict(scene_config(base))) if isinstance(base, str) else base
-    values = merge(to_dict(given), changes)
+    values = merge(given.to_dict(), changes)
     if detector is not None:
         values = merge(values, {"detector": detector_values(detector)})
     config: WatchConfig = from_dict(values, WatchConfig)

@@ -1,6 +1,6 @@
 """The public names of this package."""
 
-from . import presets as presets
 from .filtering.scatter import scatter as scatter
 from .network.family import NetworkFamily as NetworkFamily
 from .network.network import Network as Network
+from .presets import DESCRIPTIONS as DESCRIPTIONS

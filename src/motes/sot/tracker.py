@@ -14,7 +14,6 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes.core.adapters import as_detections
-from motes.core.config import to_dict
 from motes.core.decode import MisfitError, decode
 from motes.core.detection import Detector, best
 from motes.core.errors import ConfigError, FormatError, SourceError
@@ -273,7 +272,7 @@ class Tracker:
         """Return what `save` writes."""
         state, last = self._started()
         plain = {
-            "config": to_dict(self.config),
+            "config": self.config.to_dict(),
             "seed": self._seed,
             "random": json.dumps(self._rng.bit_generator.state),
             "frame": [last.index, last.time, last.pixels],
