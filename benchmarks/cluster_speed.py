@@ -127,7 +127,11 @@ def overhead(folder: Path, count: int, workers: int, ray: bool) -> Iterator[Row]
 
 def tasks(count: int) -> Iterator[Row]:
     """Yield how long the driver has for a task that does nothing, after some that warm it up."""
-    with LocalPool(2) as local, ray_cluster(2) as cluster, connected(cluster.address) as ray:
+    with (
+        contextlib.closing(LocalPool(2)) as local,
+        ray_cluster(2) as cluster,
+        connected(cluster.address) as ray,
+    ):
         remote = RayPool(ray)
         pools: dict[str, Pool] = {"local": local, "Ray": remote}
         rows: dict[str, Row] = {}

@@ -194,13 +194,14 @@ def _family(pid: int) -> Iterator[int]:
 def returns(times: str) -> None:
     """Let a camera go away and come back; print memory in MB and handles, and who was seen."""
     from motes.mot.scene import Scene
-    from motes_fleet.cameras import live
+    from motes.video import Newest
+    from motes.video.sources import open_source
     from motes_fleet.cameras.camera_reporter import CameraReporter
+    from motes_fleet.cameras.live import on_clock
     from motes_fleet.cameras.reidentification import CrossCameraAssociation
     from motes_fleet.cameras.rig_config import Camera, Rig
     from red_box import red
 
-    vars(live)["FIRST_PAUSE"] = 0.3
     ours, theirs = multiprocessing.Pipe()
     away = multiprocessing.Event()
     multiprocessing.Process(target=_serve, args=(theirs, away), daemon=True).start()
@@ -208,14 +209,16 @@ def returns(times: str) -> None:
     lookout, handover = CameraReporter(seen, Scene(red)), CrossCameraAssociation(Rig((seen,)))
     gone = back = pictures = 0
     identities: set[int] = set()
-    with live.open_watched(ours.recv()) as source:
-        for news in source:
-            if isinstance(news, str):
-                back += "is back" in news
-                away.clear()
-                pictures = 0
-                continue
-            identities |= set(handover.update(lookout.report(news)).values())
+
+    def hear(text: str) -> None:
+        nonlocal back, pictures
+        back += "is back" in text
+        away.clear()
+        pictures = 0
+
+    with open_source(ours.recv(), on_drop=hear) as source, Newest(source) as frames:
+        for frame in on_clock(frames, time.monotonic()):
+            identities |= set(handover.update(lookout.report(frame)).values())
             pictures += 1
             if pictures == PICTURES and not away.is_set():
                 if gone % 10 == 0:

@@ -6,7 +6,7 @@ import math
 
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
-from motes.formats.recording import FilmFacts, Recording, placed, recording_of
+from motes.formats.recording import FilmFacts, Recording, placed
 
 FACTS = FilmFacts(source="film.mp4", width=320, height=240, fps=25.0, frames=40)
 
@@ -18,7 +18,7 @@ def turning(frames: int = 40) -> Recording:
         for frame in range(frames)
         if not 20 <= frame < 25
     ]
-    return recording_of(FACTS, objects, {frame: frame / 25 for frame in range(frames)})
+    return Recording.of(FACTS, objects, {frame: frame / 25 for frame in range(frames)})
 
 
 def ellipse(frame: int) -> Ellipse:
@@ -37,4 +37,4 @@ def crowd(label: str | None = "car") -> Recording:
         status = Status.OCCLUDED if hidden else Status.TRACKING
         objects.append(placed(frame, car, 1, 0.9, label=label))
         objects.append(placed(frame, walker, 2, 0.0 if hidden else 0.8, status))
-    return recording_of(FACTS, objects, {frame: frame / 25 for frame in range(30)})
+    return Recording.of(FACTS, objects, {frame: frame / 25 for frame in range(30)})

@@ -20,7 +20,7 @@ from clips import write_film
 from commands import Go, running
 from motes import synthetic
 from motes.core import registry
-from motes.core.config import from_dict, from_toml, to_dict, to_toml
+from motes.core.config import from_dict, from_toml
 from motes.core.config_keys import keys
 from motes.core.errors import ConfigError, FormatError, PluginError
 from motes.cues.base import CUES
@@ -221,9 +221,9 @@ def test_values_in_python_need_no_entry_point(installed: Path) -> None:
     hue: Any = importlib.import_module("motes_hue").Hue(bins=5)
     drift: Any = importlib.import_module("motes_drift").Drift(flow=1.0)
     config = ParticleFilter(color=Color(), extra_cues={"hue": hue}, motion=drift)
-    assert from_dict(to_dict(config), TrackerConfig) == config
-    assert from_dict(from_toml(to_toml(config), "it"), TrackerConfig) == config
-    assert to_dict(config)["hue"] == {"bins": 5, "points": 256}
+    assert from_dict(config.to_dict(), TrackerConfig) == config
+    assert from_dict(from_toml(config.to_toml(), "it"), TrackerConfig) == config
+    assert config.to_dict()["hue"] == {"bins": 5, "points": 256}
     with pytest.raises(
         ConfigError,
         match="extra_cues names 'motion', which is the name of another key; choose another name",
@@ -238,7 +238,7 @@ def test_scenes_take_them_too(installed: Path) -> None:
     plain |= {"detector": {"type": "bright", "level": 99}}
     config: WatchConfig = from_dict(plain, WatchConfig)
     assert list(config.tracker.cues) == ["hue"]
-    assert from_dict(to_dict(config), WatchConfig) == config
+    assert from_dict(config.to_dict(), WatchConfig) == config
     assert len(named_detector("bright")(CLIP[0][0])) <= 1
     with pytest.raises(
         ConfigError,
@@ -329,7 +329,7 @@ def test_all_other_interfaces_are_open(
     again = Tracker.load(tmp_path / "state")
     assert again.config == config
     assert again.update(CLIP[2][0]).ellipse == tracker.update(CLIP[2][0]).ellipse
-    text = to_toml(config)
+    text = config.to_toml()
     assert 'type = "odd"' in text
     assert configure(preset("default"), from_toml(text, "it")) == config
 

@@ -13,7 +13,6 @@ from inspect import signature
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from motes.core.config import to_dict
 from motes.mot.scene_config import scene_config
 from motes.sot.presets import PRESETS, preset
 
@@ -113,7 +112,7 @@ VALUES = {
 
 def value_of(name: str, key: str) -> Any:
     """Return a value of a preset's configuration by its dotted key; None if it has no such key."""
-    found: Any = to_dict(preset(name))
+    found: Any = preset(name).to_dict()
     for part in key.split("."):
         found = found.get(part) if isinstance(found, Mapping) else None
     return found

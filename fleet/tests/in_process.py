@@ -6,7 +6,6 @@ import os
 import pickle
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from contextlib import nullcontext
 
 import pytest
 
@@ -50,7 +49,6 @@ class InProcess:
         """Do nothing."""
 
 
-def work_here(patch: pytest.MonkeyPatch, *modules: str) -> None:
-    """Have modules work in this process: others take longer to start than what they do in tests."""
-    for module in modules:
-        patch.setattr(f"{module}.LocalPool", lambda *_: nullcontext(InProcess()))
+def work_here(patch: pytest.MonkeyPatch) -> None:
+    """Have tasks done in this process: others take longer to start than what they do in tests."""
+    patch.setattr("motes_fleet.cluster.open_pool.LocalPool", lambda *_: InProcess())

@@ -74,7 +74,7 @@ def test_passes_are_those_of_a_tracker_alone(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_film_that_fails_is_a_problem(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    work_here(monkeypatch, "motes_lab.finished_jobs")
+    work_here(monkeypatch)
     good = evaluations.sequence("Book", 4, source=evaluations.pictures(tmp_path / "Book", 4))
     bad = evaluations.sequence("Gone", 4, source=tmp_path / "Gone")
     trackers, _ = resolve(["mean_shift", "nummiaro"])

@@ -98,7 +98,7 @@ def test_the_command(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    work_here(monkeypatch, "motes_lab.effort.experiment")
+    work_here(monkeypatch)
     out = tmp_path / "out"
     line = f"experiment effort {sequence.parent} --out {out}"
     assert main(line.split()) == 0

@@ -32,7 +32,6 @@ from motes import (
     configure,
     preset,
 )
-from motes.core import to_toml
 from motes_lab.adapters.opencv import PEERS, opencv
 from motes_lab.adapters.registry import TrackerSpec, resolve, tracker_spec
 from motes_lab.adapters.sot import Answer, TrackerAdapter
@@ -191,8 +190,8 @@ def test_a_configuration_is_laid_over_its_preset(home: Path) -> None:
     Path("a.toml").write_text("particles = 42\n")
     Path("b.toml").write_text('preset = "nummiaro:adaptive"\nparticles = 42\n')
     a, b = tracker_spec("a.toml").configuration, tracker_spec("b.toml").configuration
-    assert a == to_toml(configure(preset("nummiaro"), {"particles": 42}))
-    assert b == to_toml(configure(preset("nummiaro:adaptive"), {"particles": 42}))
+    assert a == configure(preset("nummiaro"), {"particles": 42}).to_toml()
+    assert b == configure(preset("nummiaro:adaptive"), {"particles": 42}).to_toml()
 
 
 @pytest.mark.parametrize(

@@ -11,14 +11,13 @@ import pytest
 import evaluations
 from motes import ConfigError
 from motes.core import from_dict, from_toml
-from motes_lab.inputs import read_marks
 from motes_lab.papers.maggio_figure3 import Marks, figure3, sharpness_of
 
 TRUTH = Path(__file__).parent / "truth" / "covered.toml"
 
 
 def test_the_marks_by_eye() -> None:
-    marks = read_marks(TRUTH, Marks)
+    marks = Marks.load(TRUTH)
     parts = sorted([*marks.covered, *marks.clear])
     assert all(first <= last for first, last in parts)
     assert all(one[1] < other[0] for one, other in itertools.pairwise(parts))

@@ -109,7 +109,7 @@ def test_on_the_command_line(
     saved = [f"results={tmp_path / name}" for name in ("kept", "swapped")]
     line = ["experiment", "real-occlusions", str(film.parent), "--out", str(tmp_path / "out")]
     monkeypatch.setattr(real_occlusions, "TRACKERS", saved)
-    work_here(monkeypatch, "motes_lab.finished_jobs")
+    work_here(monkeypatch)
     assert main(line) == 0, capfd.readouterr().err
     table = read_csv(tmp_path / "out" / "real-occlusions.csv")
     columns = ("sequence", "occlusions", "kept", "changed", "not followed", "both kept")

@@ -13,7 +13,6 @@ from commands import read_csv
 from crowds import rows, write_crowd
 from motes import Detection, Detector, Frame, Scene, scene_config
 from motes.core import iou
-from motes.mot import for_lookalikes
 from motes_lab.cli import main
 from motes_lab.datasets.mot import MotSequence, load_mot_dataset
 from motes_lab.datasets.mot_rows import MotRows
@@ -132,5 +131,5 @@ def test_lookalikes_are_associated_as_motes_watch_does(
     line = ["experiment", "zhao-figure9", str(write_crowd(tmp_path / "film"))]
     for more in ([], ["--like", "10,10,9,9"]):
         assert main([*line, *more]) == 0
-    scenes = scene_config(), for_lookalikes(scene_config())
+    scenes = scene_config(), scene_config().for_lookalikes()
     assert overlaps == [each.association.overlap for each in scenes]

@@ -14,7 +14,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from motes.core.config import Config, from_dict, to_dict
+from motes.core.config import Config, from_dict
 from motes.core.detection import Detection, DetectorConfig
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, Ellipse
@@ -215,7 +215,7 @@ def _check_config(config: Any, base: type, *, tagged: bool = False) -> None:
     )
     assert kind.__struct_config__.frozen, f"{kind.__name__} is not frozen; write frozen=True"
     assert not tagged or isinstance(tag_of(kind), str), f"{kind.__name__} has no tag; write tag=..."
-    plain = msgspec.json.decode(msgspec.json.encode(to_dict(config)))
+    plain = msgspec.json.decode(msgspec.json.encode(config.to_dict()))
     again = from_dict(plain, kind)
     assert again == config, f"{config} comes back from a file as {again}"
 

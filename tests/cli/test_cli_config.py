@@ -9,7 +9,7 @@ from collections.abc import Callable
 import pytest
 
 from motes.cli import main
-from motes.core.config import from_dict, to_dict
+from motes.core.config import from_dict
 from motes.mot.pipeline_config import WatchConfig
 from motes.sot.presets import DESCRIPTIONS, PRESETS, TrackerConfig, preset
 
@@ -40,7 +40,7 @@ def test_presets_are_listed_with_their_meanings(go: Go) -> None:
 def test_the_keys_of_a_preset_are_its_configuration(go: Go, name: str) -> None:
     out = go(name)[1]
     used = "\n".join(re.findall(r"^\S.*? = .+?(?=  \[)", out, re.M))
-    values = {"type": to_dict(PRESETS[name])["type"], **tomllib.loads(used)}
+    values = {"type": PRESETS[name].to_dict()["type"], **tomllib.loads(used)}
     assert from_dict(values, TrackerConfig) == PRESETS[name]
     assert f"\n{next(iter(ENTRY.findall(out)))[0]} = " in out
 
@@ -56,7 +56,7 @@ def test_the_keys_of_watch(go: Go) -> None:
     out = go("--watch")[1]
     used = tomllib.loads("\n".join(re.findall(r"^\S.*? = .+?(?=  \[)", out, re.M)))
     assert from_dict(used, WatchConfig).initiation.min_hits == 3
-    assert used["tracker"]["particles"] == to_dict(preset("nummiaro:adaptive"))["particles"]
+    assert used["tracker"]["particles"] == preset("nummiaro:adaptive").to_dict()["particles"]
     assert '\ndetector.type = "people": ' in out
     assert "  detector.file (required)  [text]" in out
     assert "tracker.hog" in go("zhao_pei --watch")[1]

@@ -19,7 +19,7 @@ import pytest
 from motes.cli import main
 from motes.core import files
 from motes.sot.network import published
-from motes.sot.network.network import Network, files_of
+from motes.sot.network.network import Network
 from motes.sot.network.published import PublishedFile, PublishedNetwork, folder_of
 from motes.video.writer import VideoWriter
 from onnx_trackers import save_pair
@@ -103,7 +103,7 @@ def test_a_network_is_downloaded_and_used(
     assert "here already" in capsys.readouterr().err
     assert main(["doctor"]) == 0
     assert f"pair            {folder_of('pair')}\n" in capsys.readouterr().out
-    assert files_of("pair") == ("pair",)
+    assert Network.named("pair").files == ("pair",)
     assert Network(files=("pair",)).open() == "siamese"
 
 

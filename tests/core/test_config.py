@@ -19,7 +19,7 @@ from msgspec import Meta
 import motes
 from kinds import CONFIGS
 from motes.cli.settings import value_of
-from motes.core.config import Config, Count, Positive, Share, from_dict, from_toml, to_dict, to_toml
+from motes.core.config import Config, Count, Positive, Share, from_dict, from_toml
 from motes.core.config_keys import meanings
 from motes.core.errors import ConfigError
 from motes.core.type_words import words
@@ -78,10 +78,10 @@ def test_values_that_make_no_sense(kind: type, field: str, values: list[Any]) ->
 
 def test_every_part_survives_plain_values_and_toml() -> None:
     for config in CONFIGS.values():
-        plain = to_dict(config)
+        plain = config.to_dict()
         assert from_dict(plain, TrackerConfig) == config
         assert from_dict(msgspec.json.decode(msgspec.json.encode(plain)), TrackerConfig) == config
-        assert from_dict(from_toml(to_toml(config), "text"), TrackerConfig) == config
+        assert from_dict(from_toml(config.to_toml(), "text"), TrackerConfig) == config
 
 
 @pytest.mark.slow
@@ -108,7 +108,7 @@ def test_every_part_survives_plain_values_and_toml() -> None:
     )
 )
 def test_any_particle_filter_survives_toml(config: ParticleFilter) -> None:
-    assert from_dict(from_toml(to_toml(config), "text"), TrackerConfig) == config
+    assert from_dict(from_toml(config.to_toml(), "text"), TrackerConfig) == config
 
 
 class Zone(Config, frozen=True):
@@ -126,7 +126,7 @@ class Zones(Config, frozen=True):
 
 def test_lists_with_fields_that_are_none_survive_toml() -> None:
     config = Zones((Zone(width=2.0), Zone(height=1.0)))
-    assert from_dict(from_toml(to_toml(config), "text"), Zones) == config
+    assert from_dict(from_toml(config.to_toml(), "text"), Zones) == config
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from motes.core.geometry import Ellipse
 from motes.core.spreadsheet import MARKS, guarded, unguarded
 from motes.formats import registry
-from motes.formats.recording import placed, recording_of
+from motes.formats.recording import Recording, placed
 from motes_fleet.cluster import state
 from motes_lab import scores
 from recordings import FACTS
@@ -32,7 +32,7 @@ def test_a_text_comes_back_and_is_no_formula(text: str) -> None:
 @pytest.mark.parametrize("name", FORMULAS[::3])
 def test_names_of_classes_are_no_formulas(name: str, tmp_path: Path) -> None:
     place = Ellipse.from_box((-9, 9, 20, 30))
-    rows = recording_of(FACTS, [placed(0, place, label=name)])
+    rows = Recording.of(FACTS, [placed(0, place, label=name)])
     registry.write(tmp_path / "a.csv", "csv", rows)
     last = (tmp_path / "a.csv").read_text().splitlines()[-1]
     assert "-9.000,9.000" in last  # and numbers are as they were

@@ -28,7 +28,7 @@ from motes.cues import (
 from motes.cues.sampling import Checkerboard, Lattice, Sampling
 from motes.cues.search_window import features
 from motes.filtering import Confined
-from motes.mot.expected import CUE, Expected
+from motes.mot.expected import Expected
 from oracles import bhattacharyya, frame, mosaic, pictures, regions, rows
 
 CUES = (
@@ -222,7 +222,7 @@ def test_nothing_wild_is_expected(samples: Any) -> None:
     tracker = motes.Tracker("nummiaro")
     tracker.init(PICTURE.pixels, (20, 12, 16, 14))
     scene = motes.Scene(lambda frame: [])
-    model = CUE.learn(PICTURE, GOOD)
+    model = Expected.CUE.learn(PICTURE, GOOD)
     with pytest.raises(ConfigError):
         tracker.expect(samples)
     with pytest.raises(ConfigError):

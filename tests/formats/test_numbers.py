@@ -21,7 +21,7 @@ from crowds import trackeval
 from motes.core.geometry import Ellipse, area, clipped
 from motes.core.track import Status
 from motes.formats import registry, runs
-from motes.formats.recording import FilmFacts, Recording, placed, recording_of
+from motes.formats.recording import FilmFacts, Recording, placed
 
 WIDTH, HEIGHT, FRAMES = 320, 240, 13
 FACTS = FilmFacts(source="film.mp4", width=WIDTH, height=HEIGHT, fps=10.0, frames=FRAMES)
@@ -54,7 +54,7 @@ def street() -> Recording:
         for frame in range(FRAMES)
         for identity, (label, status, box) in truth(frame).items()
     ]
-    return recording_of(FACTS, objects, {frame: frame / 10 for frame in range(FRAMES)})
+    return Recording.of(FACTS, objects, {frame: frame / 10 for frame in range(FRAMES)})
 
 
 CERTAIN = [frame for frame in range(FRAMES) if frame != 10]
@@ -91,7 +91,7 @@ def one() -> Recording:
     objects = [
         placed(frame, place, 1, 0.75) for frame, place in places.items() if place is not None
     ]
-    return recording_of(FACTS, objects, {frame: frame / 10 for frame in range(FRAMES)})
+    return Recording.of(FACTS, objects, {frame: frame / 10 for frame in range(FRAMES)})
 
 
 def same(found: Boxes, known: Boxes, tolerance: float = 0.011) -> None:
@@ -359,7 +359,7 @@ def test_a_frame_in_which_an_object_leaves_shows_the_others(
     ends = [Status.TRACKING, Status.OCCLUDED, Status.OCCLUDED, Status.OCCLUDED, Status.LOST]
     objects = [placed(frame, place, 2, 0.5, status) for frame, status in enumerate(ends)]
     objects += [placed(frame, place, 7, 0.5) for frame in range(frames)]
-    recorded = recording_of(FACTS, objects, {frame: frame / 10 for frame in range(frames)})
+    recorded = Recording.of(FACTS, objects, {frame: frame / 10 for frame in range(frames)})
     assert registry.write(tmp_path / "a.json", "coco", recorded).missed == left_out
     images = json.loads((tmp_path / "a.json").read_text())["images"]
     assert len(images) == frames - left_out

@@ -23,7 +23,7 @@ from motes.core.spreadsheet import unguarded
 from motes.core.track import COLUMNS, Status
 from motes.formats import registry
 from motes.formats.aspects import ANGLES, CLASSES, CONFIDENCES, HIDDEN, aspects
-from motes.formats.recording import FilmFacts, Recording, placed, recording_of
+from motes.formats.recording import FilmFacts, Recording, placed
 from motes.formats.shapes import box_of_rectangle
 from motes.formats.thinning import keyframes
 from motes.rows.schema import FrameRow
@@ -152,7 +152,7 @@ def test_a_class_of_any_characters_is_read_again_or_refused(label: str) -> None:
     yaml = pytest.importorskip("yaml")
     row = placed(3, Ellipse(60, 50, 9, 7), 1, 0.9, label=label)
     try:
-        recorded = recording_of(FACTS, [row])
+        recorded = Recording.of(FACTS, [row])
     except ConfigError:
         with pytest.raises(ConfigError, match="rename it"):
             FrameRow(3, 0.12, (row,)).values(row)

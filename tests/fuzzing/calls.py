@@ -55,7 +55,7 @@ from motes.filtering import (
     Systematic,
     Weights,
 )
-from motes.mot.expected import CUE, Expected
+from motes.mot.expected import Expected
 
 from .outcomes import READ, REFUSED, DefectError, check_finite, check_message
 
@@ -296,7 +296,7 @@ def _scene(wild: _Wild) -> None:
     blocks: NDArray[np.uint8] = np.kron(
         wild.rng.integers(0, 256, (6, 8, 3), np.uint8), np.ones((8, 8, 1), np.uint8)
     )
-    model = CUE.learn(Frame(0, 0.0, blocks), Ellipse(20, 20, 9, 9))
+    model = Expected.CUE.learn(Frame(0, 0.0, blocks), Ellipse(20, 20, 9, 9))
     for _ in range(6):
         if wild.chance(0.3):
             share = float(wild.one((0.0, 0.01)))

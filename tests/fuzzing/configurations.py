@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 
-from motes.core.config import from_dict, from_toml, merge, to_dict, to_toml
+from motes.core.config import from_dict, from_toml, merge
 from motes.mot.pipeline_config import WatchConfig, watch_config
 from motes.sot import presets
 from motes_lab.adapters.registry import tracker_spec
@@ -16,7 +16,7 @@ def trackers() -> list[bytes]:
     """Return whole configurations, and a file that changes a little of a preset."""
     names = ("default", "nummiaro:adaptive", "maggio", "ng_delp", "zhao_pei", "mean_shift")
     short = b'preset = "maggio"\nparticles = 80\n[color]\nbins = [8, 8, 8] # a comment\n'
-    return [short, *(to_toml(presets.preset(name)).encode() for name in names)]
+    return [short, *(presets.preset(name).to_toml().encode() for name in names)]
 
 
 def check_tracker(data: bytes) -> str:
@@ -25,7 +25,7 @@ def check_tracker(data: bytes) -> str:
     def read() -> None:
         written = tracker_spec(str(put("tracker.toml", data))).configuration
         again = from_dict(from_toml(written, "it"), presets.TrackerConfig)
-        if to_toml(again) != written:
+        if again.to_toml() != written:
             raise DefectError(f"A configuration is read as another one: {written}")
 
     return outcome(read)
@@ -33,7 +33,7 @@ def check_tracker(data: bytes) -> str:
 
 def scenes() -> list[bytes]:
     """Return configurations of scenes with several detectors."""
-    whole = to_toml(_scene()).encode()
+    whole = _scene().to_toml().encode()
     short = b'confirm = 3\n[detector]\ntype = "like"\nbox = [10, 20, 30, 40]\n'
     return [whole, short, b'[detector]\ntype = "background"\nhistory = 40\n']
 
@@ -43,8 +43,8 @@ def check_scene(data: bytes) -> str:
 
     def read() -> None:
         values = from_toml(data.decode(errors="replace"), "this file")
-        config = from_dict(merge(to_dict(_scene()), values), WatchConfig)
-        if from_dict(from_toml(to_toml(config), "it"), WatchConfig) != config:
+        config = from_dict(merge(_scene().to_dict(), values), WatchConfig)
+        if from_dict(from_toml(config.to_toml(), "it"), WatchConfig) != config:
             raise DefectError(f"A configuration is read as another one: {config}")
 
     return outcome(read)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from functools import partial
+from unittest.mock import patch
 
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.formats import registry
-from motes.formats.recording import FilmFacts, Recording, placed, recording_of
+from motes.formats.recording import FilmFacts, Recording, placed
 from motes.mot.analytics.lens import Lens
 from motes.rows.schema import ENDING
 from motes.rows.writer import JournalWriter
@@ -36,7 +37,7 @@ def _one() -> Recording:
         placed(frame, Ellipse(9.5 + frame, 20, 8, 5, 0.1 * frame), 1, 0.75)
         for frame in (0, 1, 2, 4, 5)
     ]
-    return recording_of(FACTS, objects, {frame: frame / 25 for frame in range(6)})
+    return Recording.of(FACTS, objects, {frame: frame / 25 for frame in range(6)})
 
 
 def _several() -> Recording:
@@ -47,7 +48,7 @@ def _several() -> Recording:
         one, two = ((5.0 * frame, 9, 12, 10), (40.0 - frame**2, 20.5, 9, 18))
         objects.append(placed(frame, Ellipse.from_box(one), 1, 0.9))
         objects.append(placed(frame, Ellipse.from_box(two), 2, 0.5, status, "bus"))
-    return recording_of(FACTS, objects, {frame: frame / 25 for frame in range(4)})
+    return Recording.of(FACTS, objects, {frame: frame / 25 for frame in range(4)})
 
 
 def seeds(name: str) -> list[bytes]:
@@ -115,7 +116,8 @@ def check_table(form: str, data: bytes) -> str:
     path = put(f"jobs.{form}", data)
 
     def read() -> None:
-        _, count, problems = JobTable(str(path)).problems(lambda _: False, lambda _: None)
+        with patch("motes_fleet.cluster.table.stamp", return_value="there"):
+            _, count, problems = JobTable(str(path)).problems(lambda _: None)
         assert bool(count) == bool(problems)
 
     return outcome(read)

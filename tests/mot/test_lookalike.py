@@ -12,7 +12,6 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, iou
 from motes.mot.detection.lookalike import LIMIT, LookalikeConfig, LookalikeDetector
 from motes.mot.pipeline_config import lookalike_detector
-from motes_lab.inputs import read_marks
 from motes_lab.papers.zhao_pei_team import Team
 from motes_lab.papers.zhao_pei_team import team as follow_team
 
@@ -78,7 +77,7 @@ def test_of_what_another_detector_finds_the_alike_are_kept(tmp_path: Path) -> No
 @pytest.mark.slow
 def test_the_players_of_a_team_are_followed(data: Path) -> None:
     """Boxes by hand in the first four of twelve frames of a film whose camera pans."""
-    marked = read_marks(Path(__file__).parents[2] / "lab/tests/truth/team.toml", Team)
+    marked = Team.load(Path(__file__).parents[2] / "lab/tests/truth/team.toml")
     marked = replace(marked, frame=marked.frame[:4])
     *_, result = follow_team(marked, data / "sot" / marked.sequence / "img")
     (table,) = result.tables.values()

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from motes.core.config import Config, from_dict, from_toml, to_toml
+from motes.core.config import Config, from_dict, from_toml
 from motes.core.errors import ConfigError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse
@@ -72,7 +72,7 @@ def test_it_keeps_the_rules() -> None:
 def test_it_can_be_switched_off() -> None:
     off: Discriminative = from_dict({"confined": {"weight": 0.0}}, Discriminative)
     assert off.experts.named == {}
-    assert from_dict(from_toml(to_toml(off), "it"), Discriminative) == off
+    assert from_dict(from_toml(off.to_toml(), "it"), Discriminative) == off
     tracker = Tracker(off)
     tracker.init(picture(), PLACE)
     track = tracker.update(Frame(1, FRAME_INTERVAL, picture(124.0).pixels))

@@ -1,33 +1,39 @@
-"""Live sources against a server that sends, stalls, hangs up and comes back."""
+"""Live cameras of a rig: waited for, on one clock, and noticed when nothing comes from them."""
 
 from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable
 from functools import partial
 from types import SimpleNamespace
 
+import msgspec
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from motes import Frame, Source
-from motes.video import decoder, pauses
-from motes_fleet.cameras import live
-from motes_fleet.cameras.live import Live, open_watched
-from streams import camera
+from motes import Frame, SourceError
+from motes.video import pauses
+from motes_fleet.cameras import live, rig_camera
+from motes_fleet.cameras.camera_loop import watch_camera
+from motes_fleet.cameras.camera_report import (
+    CameraEnded,
+    CameraMessage,
+    CameraReady,
+    CameraReport,
+)
+from motes_fleet.cameras.live import on_clock, opened
+from motes_fleet.cameras.rig_camera import SILENCE, RigCamera
+from motes_fleet.cameras.rig_config import Camera
+from streams import Stream, camera
 from waiting import wait_until
 
-TIMEOUT = 0.5
-LONG = 60.0
-"""Seconds that nothing takes on any machine."""
+PIXELS = np.zeros((4, 4, 3), np.uint8)
 
 
 @pytest.fixture(autouse=True)
-def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(decoder, "OPEN_TIMEOUT", TIMEOUT)
-    monkeypatch.setattr(decoder, "READ_TIMEOUT", TIMEOUT)
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(live, "pauses", partial(pauses, 0.05))
 
 
@@ -35,127 +41,119 @@ def gray(index: int) -> NDArray[np.uint8]:
     return np.full((64, 96, 3), 20 + index % 200, np.uint8)
 
 
-class Camera:
-    """A source of frames."""
+class Line:
+    """A line whose program hears a number of reports, and then leaves."""
 
-    name = "camera 0"
+    waiting = False
 
-    def __init__(self, frames: Iterator[Frame]) -> None:
-        self._frames = frames
+    def __init__(self, enough: Callable[[], bool]) -> None:
+        self.heard: list[msgspec.Struct] = []
+        self._enough = enough
 
-    def __enter__(self) -> Camera:
-        return self
+    def send(self, message: msgspec.Struct) -> None:
+        """Keep a message."""
+        self.heard.append(message)
+        if self._enough():
+            raise BrokenPipeError
 
-    def __exit__(self, *_: object) -> None: ...
-
-    def __iter__(self) -> Iterator[Frame]:
-        return self._frames
-
-
-def frames(film: Source | Live) -> Iterator[Frame | str]:
-    """Yield what comes, for no more than some time."""
-    begun = time.monotonic()
-    for news in film:
-        yield news
-        assert time.monotonic() - begun < 600, "it goes on for ever"
-
-
-def words(news: Iterator[Frame | str], part: str) -> str:
-    """Return the next message that has a part; a slow machine may make a source stall by itself."""
-    return next(each for each in news if isinstance(each, str) and part in each)
-
-
-def picture(news: Iterator[Frame | str]) -> Frame:
-    """Return the next frame."""
-    return next(each for each in news if isinstance(each, Frame))
+    @property
+    def said(self) -> list[str]:
+        """What it was told in words."""
+        return [each.text for each in self.heard if isinstance(each, CameraMessage)]
 
 
 @pytest.mark.slow
-def test_a_stall_is_noticed_and_so_is_the_return() -> None:
-    with camera(gray) as stream, open_watched(stream.url) as film:
-        assert isinstance(film, Live)
-        news = frames(film)
-        picture(news)
-        stream.stalled.set()
-        said = words(news, "does not answer")
-        assert "tried again" in said
-        assert "secret" not in said
-        stream.stalled.clear()
-        words(news, "is back after")
-        before, after = picture(news), picture(news)
-        assert before.time < after.time
-        assert stream.connections > 1
-
-
-@pytest.mark.slow
-def test_a_server_that_goes_away_is_retried_with_growing_pauses() -> None:
-    with camera(gray) as stream, open_watched(stream.url) as film:
-        news = frames(film)
-        picture(news)
-        begun = time.monotonic()
-        stream.hung_up.set()
-        words(news, "tried again")
-        wait_until(lambda: stream.refusals >= 4)
-        assert time.monotonic() - begun > 0.1 + 0.2 + 0.4  # from one refusal to the next
-        stream.hung_up.clear()
-        said = next(each for each in news if isinstance(each, str))
-        assert "is back after" in said  # with nothing said in between
-
-
-def test_who_is_slow_gets_the_newest_frame_and_a_count_of_the_others(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Frames have the time at which they came, on the reader's clock."""
-    clock, burst, taken = SimpleNamespace(now=100.0), threading.Semaphore(0), threading.Event()
-    monkeypatch.setattr(live, "time", SimpleNamespace(monotonic=lambda: clock.now))
-
-    def scripted() -> Iterator[Frame]:
-        for index in range(100):
-            if index % 5 == 0:
-                taken.set()  # all of the last burst
-                burst.acquire()
-            clock.now += 0.04
-            yield Frame(index, index / 25, gray(index))
-
-    with Live("0", Camera(scripted())) as film:  # type: ignore[arg-type]
-        news = iter(film)
-        assert taken.wait(LONG)
-        for count in range(1, 7):
-            taken.clear()
-            burst.release()
-            assert taken.wait(LONG)
-            frame = next(news)
-            assert isinstance(frame, Frame)
-            assert frame.pixels[0, 0, 0] == gray(5 * count - 1)[0, 0, 0]
-            assert frame.index == 5 * count - 1
-            assert film.dropped == 4 * count
-            assert frame.time == pytest.approx(clock.now - 100.0, abs=1e-9)
-
-
-@pytest.mark.slow
-def test_a_camera_without_a_word_is_noticed_by_the_clock() -> None:
-    """Drivers may hang where FFmpeg's timeout does not reach."""
-    noticed = threading.Event()
-
-    def silent() -> Iterator[Frame]:
-        yield Frame(0, 0.0, gray(0))
-        noticed.wait()
-        yield Frame(1, 0.0, gray(0))
-
-    with Live("0", Camera(silent())) as film:  # type: ignore[arg-type]
-        news = frames(film)
-        picture(news)
-        assert words(news, "no pictures").startswith("camera 0 sends no pictures")
-        noticed.set()
-        assert words(news, "back").startswith("camera 0 is back after ")
-
-
-def test_an_address_that_does_not_answer_yet_is_waited_for() -> None:
+def test_a_camera_that_does_not_answer_yet_is_waited_for_and_opened_again_when_it_drops() -> None:
     with camera(gray) as stream:
         stream.hung_up.set()
-        with open_watched(stream.url) as film:
-            news = frames(film)
-            words(news, "tried again")
-            stream.hung_up.clear()
-            words(news, "is back")
-            assert picture(news).pixels.shape == (64, 96, 3)
+
+        def reports() -> list[CameraReport]:
+            return [each for each in line.heard if isinstance(each, CameraReport)]
+
+        def enough() -> bool:
+            if len(line.said) == 2 and len(reports()) == 5:
+                stream.hung_up.set()
+            return len(line.said) == 4 and len(reports()) > 10
+
+        line = Line(enough)
+        begun = time.monotonic()
+        threading.Thread(target=_answer_at_last, args=(stream,), daemon=True).start()
+        watch_camera(line, Camera("hall", stream.url), 0, begun, None)  # type: ignore[arg-type]
+    assert line.heard[0] == CameraReady("hall", live=True)
+    away, back, dropped, again = line.said
+    for text in (away, dropped):
+        assert text.endswith("It is tried again, with growing pauses.")
+    assert all("is back after" in text for text in (back, again))
+    assert "secret" not in "".join(line.said)
+    times = [each.time for each in reports()]
+    assert (np.diff(times) > 0).all()
+    assert 0 < times[0] < times[-1] <= time.monotonic() - begun
+
+
+def _answer_at_last(stream: Stream) -> None:
+    """Let a server that has hung up answer again, each time after some refusals."""
+    for refusals in (3, 6):
+        wait_until(stream.hung_up.is_set)
+        _after(stream, refusals)
+
+
+def _after(stream: Stream, refusals: int) -> None:
+    wait_until(lambda: stream.refusals >= refusals)
+    stream.hung_up.clear()
+
+
+def test_a_file_that_is_missing_is_not_waited_for() -> None:
+    with pytest.raises(SourceError, match="There is no file"):
+        opened("missing.mp4", None, print, print)
+
+
+def test_frames_that_waited_in_the_network_are_left_out() -> None:
+    """The source's clock is 7 s late; its first ten frames come all at once."""
+    arrived = [max(0.04 * n, 0.36) + 107 for n in range(40)]
+    frames = [Frame(n, 0.04 * n, PIXELS, arrived=at) for n, at in enumerate(arrived)]
+    taken = list(on_clock(frames, 100.0))
+    assert [frame.index for frame in taken] == [0, *range(10, 40)]
+    times = [frame.time for frame in taken]
+    assert times == pytest.approx([arrived[frame.index] - 100 for frame in taken])
+
+
+def test_frames_that_come_in_bursts_have_the_steps_of_the_source() -> None:
+    arrived = [0.04 * (n - n % 5 + 4) + 50 for n in range(400)]
+    frames = [Frame(n, 0.04 * n, PIXELS, arrived=at) for n, at in enumerate(arrived)]
+    taken = list(on_clock(frames, 50.0))
+    assert [frame.index for frame in taken] == [0, *range(5, 400)]
+    steps = np.diff([frame.time for frame in taken[1:]])
+    assert np.quantile(steps, [0.1, 0.9]) == pytest.approx([0.04, 0.04], abs=0.005)
+
+
+def test_a_clock_that_drifts_is_followed() -> None:
+    arrived = [0.0404 * n + 50 for n in range(2000)]  # one percent slower
+    frames = [Frame(n, 0.04 * n, PIXELS, arrived=at) for n, at in enumerate(arrived)]
+    times = [frame.time for frame in on_clock(frames, 50.0)]
+    assert times[-1] == pytest.approx(arrived[-1] - 50, abs=0.05)
+
+
+def test_a_live_camera_that_says_nothing_is_noticed_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Drivers may hang where no time limit of FFmpeg reaches."""
+    clock = SimpleNamespace(now=100.0)
+    monkeypatch.setattr(rig_camera, "time", SimpleNamespace(monotonic=lambda: clock.now))
+    monkeypatch.setattr(rig_camera, "Worker", lambda *_: SimpleNamespace(pipe=None))
+    hall = RigCamera(Camera("hall", "0"), 0, 0.0)
+
+    def said(passed: float) -> list[str]:
+        clock.now += passed
+        return [each.text for each in hall.look()]
+
+    (*_,) = hall.receive(CameraReady("hall", live=True))
+    assert said(2 * SILENCE) == []  # its detector may take long to load
+    (*_,) = hall.receive(CameraReport("hall", 0, 0.5, ()))
+    assert said(SILENCE) == []
+    assert said(1.0) == ["nothing has come from it for 10 s."]
+    assert said(SILENCE) == []
+    (back,) = hall.receive(CameraReport("hall", 1, 0.6, ()))
+    assert isinstance(back, CameraMessage)
+    assert back.text == "it is back after 21.0 s."
+    (*_,) = hall.receive(CameraMessage("hall", "it does not answer. It is tried again."))
+    assert said(2 * SILENCE) == []
+    (*_,) = hall.receive(CameraEnded("hall", 2))
+    assert said(2 * SILENCE) == []

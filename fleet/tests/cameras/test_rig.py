@@ -18,12 +18,24 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+<<<<<<< HEAD
 from commands import read_csv
 from motes import BackgroundDetector, Ellipse, Frame, KnownTarget, Place, Scene, open_source, preset
+=======
+from motes import (
+    BackgroundDetector,
+    Ellipse,
+    KnownTarget,
+    Place,
+    Scene,
+    open_source,
+    preset,
+)
+>>>>>>> helper-house
 from motes.cli import main
 from motes.cues import Color
-from motes_fleet.cameras import live, rig_camera
 from motes_fleet.cameras import rig as rig_runner
+from motes_fleet.cameras import rig_camera
 from motes_fleet.cameras.camera_report import (
     Arrival,
     CameraEnded,
@@ -392,8 +404,8 @@ def test_half_of_somebody_is_not_told_of(films: Path) -> None:
     for door in (True, False):
         scene = Scene(BackgroundDetector())
         lookout = CameraReporter(Camera("hall", "", place=(place,) * door), scene)
-        with live.open_watched(str(films / "hall.mkv")) as film:
-            frames = [frame for frame in film if isinstance(frame, Frame)]
+        with open_source(films / "hall.mkv") as film:
+            frames = list(film)
         reports[door] = [r for r in map(lookout.report, frames) if r.sightings]
     first, early = reports[True][0].sightings[0], reports[False][0].sightings[0]
     assert early.box.x < 2 <= first.box.x

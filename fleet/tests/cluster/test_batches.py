@@ -186,7 +186,7 @@ def home(inputs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Return the current folder, with the inputs."""
     shutil.copytree(inputs, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
-    work_here(monkeypatch, "motes_fleet.cluster.open_pool")
+    work_here(monkeypatch)
     return tmp_path
 
 
@@ -218,7 +218,7 @@ def test_a_network_is_a_column(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    work_here(monkeypatch, "motes_fleet.cluster.open_pool")
+    work_here(monkeypatch)
     films = batch_jobs.films(tmp_path, 2)
     files = ",".join(save_pair(tmp_path))
     row = {"source": films[0], "preset": ""}
@@ -401,7 +401,7 @@ def test_a_driver_that_ended_goes_on(
         assert len(before) < 4  # it does not wait for the rest
         assert main(["batch", "status", "long"]) == 0
         assert f"4 jobs: {len(before)} done, 0 failed" in capsys.readouterr().out
-        work_here(monkeypatch, "motes_fleet.cluster.open_pool")
+        work_here(monkeypatch)
         assert main(["batch", "retry", "long"]) == 0
         assert f"{len(before)} done before" in capsys.readouterr().err
         after = {each.name: each.stat().st_mtime_ns for each in Path("long/jobs").iterdir()}

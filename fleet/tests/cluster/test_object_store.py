@@ -12,7 +12,7 @@ import pytest
 import batch_jobs
 from in_process import work_here
 from motes_fleet.cluster import objects
-from motes_fleet.cluster.inputs import missing
+from motes_fleet.cluster.inputs import stamp
 from motes_fleet.cluster.store import open_store
 
 BENCHMARKS = Path(__file__).parents[3] / "benchmarks"
@@ -64,13 +64,13 @@ def test_a_batch_from_s3_to_s3(
 
     files, _ = server
     monkeypatch.chdir(tmp_path)
-    work_here(monkeypatch, "motes_fleet.cluster.open_pool")
+    work_here(monkeypatch)
     for film in batch_jobs.films(tmp_path, 2):
         files.put_file(str(film), f"films/{film.name}")
     rows = [{"source": f"s3://films/film-{n}.mp4"} for n in (0, 1)]
     table = str(batch_jobs.table(tmp_path / "jobs.csv", rows))
-    assert not missing("s3://films/film-0.mp4")
-    assert missing("s3://films/none.mp4")
+    assert stamp("s3://films/film-0.mp4")
+    assert not stamp("s3://films/none.mp4")
     assert main(["batch", table, "-o", "s3://films/out", "--workers", "1"]) == 0
     assert main(["track", "film-1.mp4", "--init", batch_jobs.REGION, "--preset", "nummiaro",
                  "-o", "rows.csv"]) == 0  # fmt: skip

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -72,7 +73,7 @@ def test_rows_are_those_of_one_process(cluster: Any, tmp_path: Path) -> None:
                 cluster.remove_node(cluster.worker_nodes.copy().pop(), allow_graceful=False)
         return events
 
-    with LocalPool(1) as local:
+    with closing(LocalPool(1)) as local:
         done(local, tmp_path / "local", hit=False)
     with connected(cluster.address) as ray:
         pool = RayPool(ray)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -93,7 +94,7 @@ def test_workers_die_hang_and_go_on(tmp_path: Path) -> None:
         pools.Task("raises", batch_jobs.raise_error, "no"),
         *(pools.Task(f"{n}", batch_jobs.square, n) for n in range(4)),
     ]
-    with LocalPool(2) as pool:
+    with closing(LocalPool(2)) as pool:
         events = list(pools.run(pool, given, attempts=2))
     ended = {each.task.name: each for each in events if isinstance(each, pools.Ended)}
     assert ended["dies"].crashed

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from motes_fleet.cluster import pool as pools
-from motes_fleet.cluster.local_pool import LocalPool
 from motes_fleet.cluster.machine import cores
+from motes_fleet.cluster.open_pool import open_pool
 from motes_lab.datasets.mot import MotSequence
 from motes_lab.mot_scores import MotOutcome
 from motes_lab.runner import Job, Pass, feed
@@ -19,7 +19,7 @@ Results = list[Any]
 
 def finished_jobs(jobs: Sequence[Job]) -> Iterator[tuple[Results, str, float]]:
     """Run jobs in a process for each core; yield the results of each, progress and done share."""
-    with LocalPool(cores()) as pool:
+    with open_pool(None, cores()) as pool:
         events = pools.run(
             pool, (pools.Task(job.name, run, job, seconds=pools.TIME_LIMIT) for job in jobs)
         )

@@ -9,15 +9,12 @@ from typing import Annotated, TypeVar
 
 from cyclopts import Group, Parameter
 
-from motes import Config, ConfigError, SourceError
-from motes.cli import error_context
-from motes.core import from_dict, from_toml, read_text
+from motes import ConfigError, SourceError
 from motes_lab.datasets.mot import MotSequence, load_mot_dataset
 from motes_lab.datasets.sot import Problem, load_dataset
 from motes_lab.datasets.sot import Sequence as Film
 
 S = TypeVar("S", Film, MotSequence)
-C = TypeVar("C", bound=Config)
 DATASET = Group("Dataset", sort_key=1)
 RUN = Group("Run", sort_key=2)
 OUTPUT = Group("Output", sort_key=3)
@@ -65,22 +62,6 @@ def first_pixels(texts: Sequence[str] | None) -> dict[str, int]:
             raise ConfigError(f"--first-pixel takes 0, 1 or GLOB=0, as in 'seg-*=0'; got {text!r}.")
         pixels[pattern or "*"] = int(number)
     return pixels
-
-
-def read_marks(path: Path, kind: type[C]) -> C:
-    """Return what somebody has marked by eye, in a TOML file.
-
-    Raises
-    ------
-    SourceError
-        If the file cannot be read.
-    ConfigError
-        If it is not valid.
-    """
-    text = read_text(path)
-    with error_context(path):
-        marks: C = from_dict(from_toml(text, str(path)), kind)
-        return marks
 
 
 def films_of(

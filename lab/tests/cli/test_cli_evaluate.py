@@ -38,7 +38,7 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     (folder / "mine.py").write_text(arena.TRACKERS)
     (folder / "my.toml").write_text("particles = 30\n")
     with at_home(folder, "mine"), pytest.MonkeyPatch.context() as patch:
-        work_here(patch, "motes_fleet.cluster.open_pool")
+        work_here(patch)
         yield folder
 
 

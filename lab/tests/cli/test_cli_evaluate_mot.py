@@ -29,7 +29,7 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     arena.write_sequence(folder / "one" / "a", arena.still())
     (folder / "crowds_of.py").write_text(TRACKERS)
     with at_home(folder, "crowds_of"), pytest.MonkeyPatch.context() as patch:
-        work_here(patch, "motes_fleet.cluster.open_pool")
+        work_here(patch)
         yield folder
 
 

@@ -13,7 +13,6 @@ from .frame_loop import TerminalBar as TerminalBar
 from .input_checks import check_counts as check_counts
 from .input_checks import check_not_source as check_not_source
 from .input_checks import default_output as default_output
-from .input_checks import error_context as error_context
 from .input_checks import numbers_of as numbers_of
 from .input_checks import prepared_folder as prepared_folder
 from .messages import log as log

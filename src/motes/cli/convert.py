@@ -111,7 +111,7 @@ def convert(
         say_how_to_train,
         unseen,
     )
-    from motes.correction.history import check_beside, hand_on, history_beside
+    from motes.correction.history import History, check_beside, hand_on
     from motes.formats import mot, registry
     from motes.formats.aspects import CLASSES, TIMES, aspects
     from motes.formats.recording import LABEL
@@ -133,7 +133,7 @@ def convert(
         raise ConfigError(f"--label: {form} holds no classes; omit it.")
     if form in ("mot", "mot-truth") and label.lower() not in (LABEL, *mot.CLASSES, *mot.SYNONYMS):
         raise ConfigError(f"--label: {form} has no class {label}; it has {', '.join(mot.CLASSES)}.")
-    known = history_beside(rows) if source in ("csv", "jsonl") else None
+    known = History.beside(rows) if source in ("csv", "jsonl") else None
     point_out_unfinished(rows, known)
     facts = _facts(video, size, fps, frames, label, known)
     if video is not None and TIMES in registry.FORMATS.resolve(form).holds:

@@ -11,7 +11,7 @@ from motes.core.errors import MotesError
 from motes.core.interrupts import deferred
 from motes.core.track import Track
 from motes.correction.correct import correct_stretch, partial, reader_of, tracks_of
-from motes.correction.history import History, history_path, line_count
+from motes.correction.history import History, line_count
 from motes.correction.join import Stretch
 from motes.correction.keyframes import check_keyframes
 from motes.correction.refine import changed
@@ -119,12 +119,12 @@ def refine_rows(
         table.replace(tracks, after.units)
         made.update(track.frame for track in tracks)
 
-    after.unfinished_with(parts).save(history_path(goal))
+    after.unfinished_with(parts).save(History.path(goal))
     left = parts
     try:
         done, interrupted = run_stretches(film, parts, after, replace)
         left = parts[done:]
     finally:
         table.write(goal)
-    after.unfinished_with(left).save(history_path(goal), None if left else line_count(goal))
+    after.unfinished_with(left).save(History.path(goal), None if left else line_count(goal))
     return len(made), interrupted

@@ -24,7 +24,7 @@ from motes.cli.option_groups import OUTPUT, FileName, Fps, OutputFile, Overwrite
 from motes.cli.pictures import Heatmap, Masks, MotionFigures, Paths, Slits
 from motes.cli.track_units import UnitOptions, check_size
 from motes.core.errors import ConfigError
-from motes.correction.history import History, history_beside
+from motes.correction.history import History
 from motes.mot.analytics.real_units import RealUnits
 from motes.mot.analytics.regions import Regions
 from motes.video.sources import Source, is_recorded, open_source
@@ -112,7 +112,7 @@ def draw(
     if outputs.label is not None and (masks is None or masks.suffix.lower() != ".json"):
         raise ConfigError("--label is for masks in a document, as .json; omit it.")
     point_out_leftovers(output, masks)
-    known = history_beside(rows)
+    known = History.beside(rows)
     point_out_unfinished(rows, known)
     if fps is not None and known is not None and known.fps not in (None, fps):
         raise ConfigError(f"--fps is {fps:g}, and the rows are of {known.fps:g}; omit it.")

@@ -23,7 +23,7 @@ from motes.cli.option_groups import (
     say_rate,
 )
 from motes.core.errors import ConfigError
-from motes.correction.history import History, history_beside, history_path
+from motes.correction.history import History
 from motes.correction.rows import KnownRows
 from motes.mot.analytics.real_units import RealUnits
 from motes.rows.schema import text_name
@@ -66,7 +66,7 @@ def units_of(rows: Path, metres: bool, known: History | None) -> RealUnits | Non
     if metres:
         raise ConfigError(
             f"{rows} has metres, but nothing beside it tells their scale; put the "
-            f"{history_path(rows).name} of its run there, or make the rows anew."
+            f"{History.path(rows).name} of its run there, or make the rows anew."
         )
     return None
 
@@ -120,12 +120,12 @@ def corrected_run(
         If the rows are not of one target, or it is another film.
     """
     check_order(source, rows)
-    known = history_beside(rows)
+    known = History.beside(rows)
     run = known if known is not None and known.places is None else None  # not that of a scene
     own = options.given
     same = None if any(each is not None for each in own.values()) else run
     if same is not None:
-        same.check_tracker(history_path(rows))
+        same.check_tracker(History.path(rows))
     table = KnownRows(rows, growing=known is not None and bool(known.unfinished))
     if known is not None and known.corrections:
         refuse(own, beside(rows))
@@ -139,7 +139,7 @@ def corrected_run(
         tracker, seed = same.tracker, same.seed
     else:
         if options.preset is None:
-            with error_context(history_path(rows)):  # which may name a preset that is gone
+            with error_context(History.path(rows)):  # which may name a preset that is gone
                 presets.preset(preset)
         tracker = tracker_config(preset, options.config, options.changes or ())
         seed = options.seed or 0
@@ -151,4 +151,4 @@ def corrected_run(
 
 def beside(rows: Path) -> str:
     """Return why an option is not asked for: it is remembered beside the rows."""
-    return f"already in {history_path(rows).name}, beside the rows"
+    return f"already in {History.path(rows).name}, beside the rows"

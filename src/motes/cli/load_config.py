@@ -76,11 +76,11 @@ def load_watch_config(
     """
     from motes.core.config import from_toml
     from motes.mot.detection.custom import CustomConfig
-    from motes.mot.pipeline_config import check_code, for_lookalikes, watch_config
+    from motes.mot.pipeline_config import check_code, watch_config
 
     file, config = values.config, watch_config(preset)
     if objects.like is not None:
-        config = for_lookalikes(config)
+        config = config.for_lookalikes()
     if file is not None:
         with error_context(file):
             config = watch_config(config, from_toml(read_text(file), "this file"))
@@ -107,7 +107,7 @@ def with_network(settings: dict[str, Any], preset: str, given: str | None) -> di
     if given is None:
         return settings
     from motes.sot import presets
-    from motes.sot.network.network import files_of
+    from motes.sot.network.network import Network
 
     if "network" not in presets.preset(preset).__struct_fields__:
         raise ConfigError(
@@ -116,7 +116,7 @@ def with_network(settings: dict[str, Any], preset: str, given: str | None) -> di
     others = settings.get("network", {})
     if not isinstance(others, dict) or "files" in others:
         raise ConfigError("--network and --set network.files contradict each other; give one.")
-    return {**settings, "network": {**others, "files": [*files_of(given)]}}
+    return {**settings, "network": {**others, "files": [*Network.named(given).files]}}
 
 
 def open_network(config: TrackerConfig) -> None:

@@ -16,7 +16,7 @@ from motes.cli.frame_loop import Moment, Sink
 from motes.cli.messages import log
 from motes.core import interrupts
 from motes.core.errors import ConfigError, FormatError, InputError, SourceError, counted
-from motes.correction.history import History, history_path, line_count
+from motes.correction.history import History, line_count
 from motes.formats.mot import line_of
 from motes.formats.recording import LABEL, Recording
 from motes.formats.registry import FORMATS, Written, check_folder, check_images, format_for
@@ -123,7 +123,7 @@ class Remembered(Sink):
 
     def __init__(self, rows: str, history: History, *, overwrite: bool, resume: bool) -> None:
         self._rows, self._history = Path(rows), history
-        self._path = history_path(self._rows)
+        self._path = History.path(self._rows)
         check_writable(self._rows, overwrite=True)  # a missing folder is that of the rows
         check_writable(self._path, overwrite or resume)
         self._compared: float = -1

@@ -21,7 +21,6 @@ from motes.core.track import GROUND, Status, Track
 from motes.core.types import Bytes
 from motes.formats import runs
 from motes.mot.analytics.regions import Regions
-from motes.mot.boxes import foot_of
 from motes.output.motion_charts import FIGURES, MotionSeries, style
 from motes.output.overlay import png
 from motes.output.path_pictures import heatmap, paths
@@ -116,7 +115,7 @@ class Heatmap(_Pictures):
             self._seconds = np.zeros(frame.pixels.shape[:2])
             self._last = frame.time - FRAME_INTERVAL
         for each in moment.tracks:
-            x, y = (round(value) for value in foot_of(each.box))
+            x, y = (round(value) for value in each.box.foot)
             seen = each.status is Status.TRACKING
             if seen and 0 <= x < frame.width and 0 <= y < frame.height:
                 self._seconds[y, x] += frame.time - self._last
@@ -143,7 +142,7 @@ class Paths(_Pictures):
         for each in moment.tracks:
             if each.status is Status.TRACKING:
                 feet = self._feet.setdefault(each.identity, [])
-                place = foot_of(each.box)
+                place = each.box.foot
                 if not feet or max(abs(place[0] - feet[-1][0]), abs(place[1] - feet[-1][1])) >= 1:
                     feet.append(place)
 

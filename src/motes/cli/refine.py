@@ -16,7 +16,7 @@ from motes.cli.settings import TRACKER_HELP
 from motes.cli.track_options import KeyframeOptions
 from motes.core import interrupts
 from motes.core.errors import ConfigError, counted
-from motes.correction.history import history_path
+from motes.correction.history import History
 from motes.rows.writer import check_writable
 
 app = App(name="refine", help_epilogue=TRACKER_HELP, help_format="plaintext")
@@ -55,7 +55,7 @@ def refine(
         if output.suffix.lower() != rows.suffix.lower():
             raise ConfigError(f"{output} has another form than {rows}; give it the same ending.")
         check_writable(output, overwrite)
-        check_writable(history_path(output), overwrite)
+        check_writable(History.path(output), overwrite)
     new = keys.marks(source)
     table, film, history = corrected_run(source, rows, tracker)
     if not new and not history.unfinished:

@@ -20,7 +20,7 @@ from motes.cli.outputs import (
 )
 from motes.core.config import Config
 from motes.core.files import is_special, leftovers
-from motes.correction.history import History, history_path
+from motes.correction.history import History
 from motes.mot.analytics.real_units import RealUnits
 from motes.mot.analytics.regions import Regions
 from motes.output.overlay import Draw
@@ -64,7 +64,7 @@ class Request(Generic[Configuration]):
         output, form = self.output, self.outputs.format
         if output is None or output == "-" or is_special(output):
             return None
-        return history_path(Path(output)) if format_of(output, form) in STREAMED else None
+        return History.path(Path(output)) if format_of(output, form) in STREAMED else None
 
     def pictures(self, film: Source | Film, painted: Callable[[Moment], Draw]) -> list[Sink]:
         """Return the output --overlay; `painted` returns what draws a result."""

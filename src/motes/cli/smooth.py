@@ -17,7 +17,7 @@ from motes.core.errors import counted
 from motes.core.files import is_special
 from motes.core.track import GROUND
 from motes.correction.correct import smooth as smoothed
-from motes.correction.history import check_beside, hand_on, history_beside
+from motes.correction.history import History, check_beside, hand_on
 from motes.correction.rows import KnownRows
 from motes.mot.analytics.real_units import motion_in_hindsight
 from motes.rows.schema import HINDSIGHT
@@ -49,7 +49,7 @@ def smooth(
         File of the smoothed rows, .csv or .jsonl, or - for standard output.
     """
     check_not_source(str(rows), Path(output))
-    table, known = KnownRows(rows), history_beside(rows)
+    table, known = KnownRows(rows), History.beside(rows)
     table.check_plain()
     point_out_unfinished(rows, known)
     table.check_whole()

@@ -81,9 +81,7 @@ def track(
         return DONE
     config = tracker_config(preset, values.config, values.changes or (), network_files)
     if values.dump_config:
-        from motes.core.config import to_toml
-
-        print(to_toml(config), end="")
+        print(config.to_toml(), end="")
         return DONE
     if source is None:
         raise ConfigError("There is no source; name a video, as in motes track film.mp4 --init …")

@@ -7,11 +7,9 @@ from typing import TYPE_CHECKING
 
 from cyclopts import Group
 
-from motes.cli.input_checks import error_context
 from motes.cli.messages import log
 from motes.cli.option_groups import options
 from motes.core.errors import ConfigError, counted
-from motes.core.files import read_text
 
 if TYPE_CHECKING:
     from motes.mot.analytics.real_units import RealUnits
@@ -56,23 +54,18 @@ class UnitOptions:
             raise ConfigError("Give either --scale or --ground; --lens needs one of them.")
         plane: Ground | None = None
         if self.ground is not None:
-            text = read_text(self.ground)
-            with error_context(self.ground):
-                plane = Regions.parse(text).ground
-                if plane is None:
-                    raise ConfigError("it has no [ground]; add scale, homography or points.")
+            plane = Regions.load(self.ground).ground
+            if plane is None:
+                raise ConfigError(
+                    f"{self.ground}: it has no [ground]; add scale, homography or points."
+                )
         else:
             if not 1e-9 <= self.scale <= 1e9:  # type: ignore[operator]
                 raise ConfigError(
                     f"--scale is {self.scale:g}; give pixels per metre, from 1e-9 to 1e9."
                 )
             plane = Ground(self.scale)
-        lens: Lens | None = None
-        if self.lens is not None:
-            text = read_text(self.lens)
-            with error_context(self.lens):
-                lens = Lens.parse(text)
-        return RealUnits(plane, lens)
+        return RealUnits(plane, None if self.lens is None else Lens.load(self.lens))
 
 
 def check_size(units: RealUnits | None, film: str, width: int, height: int) -> None:

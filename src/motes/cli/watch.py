@@ -95,9 +95,7 @@ def watch(
     where = counting.regions()
     config = load_watch_config(preset, objects, values, own_code=own_code)
     if values.dump_config:
-        from motes.core.config import to_toml
-
-        print(to_toml(config), end="")
+        print(config.to_toml(), end="")
         return DONE
     if source is None:
         raise ConfigError("There is no source; name a video, as in motes watch street.mp4.")

@@ -20,7 +20,6 @@ from motes.cli.option_groups import (
     options,
 )
 from motes.core.errors import ConfigError
-from motes.core.files import read_text
 
 if TYPE_CHECKING:
     from motes.mot.analytics.regions import Regions
@@ -106,11 +105,7 @@ class CountingOptions:
         from motes.mot.analytics.ground_plane import Ground
         from motes.mot.analytics.regions import Line, Regions, Zone
 
-        given = Regions()
-        if self.places is not None:
-            text = read_text(self.places)
-            with error_context(self.places):
-                given = Regions.parse(text)
+        given = Regions() if self.places is None else Regions.load(self.places)
         lines = (numbers_of("--line", text, "x1,y1,x2,y2") for text in self.line or ())
         added = Regions(
             tuple(Line(tuple(points)) for points in lines),  # type: ignore[arg-type]

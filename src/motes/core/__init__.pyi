@@ -9,8 +9,6 @@ from .callables import import_callable as import_callable
 from .config import NonNegative as NonNegative
 from .config import from_dict as from_dict
 from .config import from_toml as from_toml
-from .config import to_dict as to_dict
-from .config import to_toml as to_toml
 from .detection import PreparedDetector as PreparedDetector
 from .errors import counted as counted
 from .extras import optional as optional

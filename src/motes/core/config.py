@@ -8,13 +8,15 @@ import numbers
 import re
 import tomllib
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, TypeVar
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Self, TypeVar
 
 import msgspec
 from msgspec import Meta
 
 from motes.core.decode import MisfitError, decode, decode_at
 from motes.core.errors import ConfigError
+from motes.core.files import read_text
 
 Positive = Annotated[float, Meta(gt=0, le=1e9)]
 NonNegative = Annotated[float, Meta(ge=0, le=1e9)]
@@ -55,6 +57,41 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
                 self, field.name, decode_at(field.name, value, field.type)
             )
 
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """Return the configuration in a TOML text; raise a ConfigError if it is not valid."""
+        config: Self = from_dict(from_toml(text, "this file"), cls)
+        return config
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """Return the configuration in a TOML file.
+
+        Raises
+        ------
+        SourceError
+            If the file cannot be read.
+        ConfigError
+            If it is not valid; the message begins with the name of the file.
+        """
+        text = read_text(path)
+        try:
+            return cls.parse(text)
+        except ConfigError as error:
+            raise ConfigError(f"{path}: {error}") from None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the configuration as nested plain dicts."""
+        plain: dict[str, Any] = _spread(self, msgspec.to_builtins(self))
+        return plain
+
+    def to_toml(self) -> str:
+        """Return the configuration as TOML text that `parse` reads back.
+
+        TOML has no null, so fields that are None are left out; None is always their default.
+        """
+        return msgspec.toml.encode(_without_none(self.to_dict())).decode()
+
 
 C = TypeVar("C", bound=Config)
 
@@ -67,12 +104,6 @@ def check_extra_names(config: Config) -> None:
                 f"{config.open_field} names {name!r}, which is the name of another key; choose "
                 "another name."
             )
-
-
-def to_dict(config: Config) -> dict[str, Any]:
-    """Return a configuration as nested plain dicts."""
-    plain: dict[str, Any] = _spread(config, msgspec.to_builtins(config))
-    return plain
 
 
 def _spread(value: Any, plain: Any) -> Any:
@@ -138,14 +169,6 @@ def from_toml(text: str, name: str) -> dict[str, Any]:
         raise ConfigError(f"{name} is not valid TOML: {error}.") from None
     except RecursionError:
         raise ConfigError(f"{name} is nested too deeply.") from None
-
-
-def to_toml(config: Config) -> str:
-    """Return a configuration as TOML text that `from_toml` reads back.
-
-    TOML has no null, so fields that are None are left out; None is always their default.
-    """
-    return msgspec.toml.encode(_without_none(to_dict(config))).decode()
 
 
 def _without_none(value: Any) -> Any:

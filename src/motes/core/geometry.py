@@ -20,6 +20,9 @@ from motes.core.types import Floats, Numbers
 FARTHEST = 1e15
 """Largest coordinate or size that files may hold. Whole numbers up to it are exact."""
 
+CUT = 2.0
+"""Pixels; a box that is nearer to the border may be cut off by it."""
+
 
 class Box(NamedTuple):
     """A box whose sides are parallel to those of the picture."""
@@ -31,6 +34,20 @@ class Box(NamedTuple):
     width: float
     height: float
     """Numbers of columns and of rows."""
+
+    @property
+    def foot(self) -> tuple[float, float]:
+        """The middle of its lower edge, where an object stands on the ground."""
+        return self.x + (self.width - 1) / 2, self.y + self.height - 1
+
+    def is_cut(self, size: tuple[int, int] | None) -> bool:
+        """Return whether the edge of a picture, of a width and height, may cut it."""
+        return size is not None and self.room(*size) < CUT
+
+    def room(self, width: int, height: int) -> float:
+        """Return its distance from the border of a picture; below 0 if it reaches beyond."""
+        right, low = self.x + self.width, self.y + self.height
+        return min(self.x, self.y, width - right, height - low)
 
 
 class Ellipse(NamedTuple):

@@ -28,6 +28,8 @@ GROUND = ("x_m", "y_m", "x_m_std", "y_m_std", "speed", "speed_std")
 """Further columns of places in metres and speeds in metres per second."""
 ROUNDING = 1e-12
 """What is smaller, in metres or metres per second, is an error of rounding."""
+SURE = 0.5
+"""The lowest confidence of an object that others may take for seen."""
 UNKNOWN = np.diag([math.nan] * 5)
 """The covariance of a place of which none is known."""
 
@@ -147,6 +149,17 @@ class Track(msgspec.Struct, frozen=True, eq=False):
     def searched(self) -> bool:
         """Whether it is searched for without a guess of its place; an absent one is not."""
         return not self.placed and self.status is not Status.ABSENT
+
+    @property
+    def visible(self) -> bool:
+        """Whether it is in the picture: seen, or bridged between frames in which it was."""
+        return self.status in (Status.TRACKING, Status.INTERPOLATED)
+
+    @property
+    def guessed(self) -> bool:
+        """Whether its place is a guess: interpolated, or wrong more probably than right."""
+        unsure = self.status is Status.TRACKING and self.confidence < SURE
+        return self.status is Status.INTERPOLATED or unsure
 
     def number(self, name: str) -> float:
         """Return the number in a further column; NaN where it is not known."""

@@ -186,12 +186,16 @@ class WorkerLine:
     def __init__(self, pipe: Connection, scratch: str | None = None) -> None:
         self._pipe, self._scratch = pipe, scratch
         self._inbox: queue.SimpleQueue[bytes] = queue.SimpleQueue()
-        self._sent = 0.0
+        self._sent, self._sending = 0.0, threading.Lock()
         threading.Thread(target=self._take, daemon=True).start()
 
     def send(self, message: msgspec.Struct) -> None:
-        """Send a message; wait while the pipe is full, and raise an OSError without a receiver."""
-        self._pipe.send_bytes(msgspec.msgpack.encode(message))
+        """Send a message; wait while the pipe is full, and raise an OSError without a receiver.
+
+        Any thread may call this.
+        """
+        with self._sending:
+            self._pipe.send_bytes(msgspec.msgpack.encode(message))
         self._sent = time.monotonic()
 
     def receive(self) -> bytes:

@@ -5,11 +5,8 @@ from .coordinates import Coordinates as Coordinates
 from .correct import correct_stretch as correct_stretch
 from .correct import stretches as stretches
 from .correct import tracks_of as tracks_of
-from .doubts import RIGHT as RIGHT
 from .doubts import ranked as ranked
-from .history import ENDING as ENDING
 from .history import History as History
-from .history import history_beside as history_beside
 from .keyframes import Keyframes as Keyframes
 from .keyframes import check_keyframes as check_keyframes
 from .passes import Course as Course

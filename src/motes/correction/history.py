@@ -5,13 +5,13 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import msgspec
 from msgspec.structs import replace
 
 from motes import __version__
-from motes.core.config import Config, from_dict, to_dict
+from motes.core.config import Config, from_dict
 from motes.core.errors import ConfigError, InputError
 from motes.core.files import write_whole, writing
 from motes.core.geometry import Ellipse
@@ -29,8 +29,6 @@ from motes.video.sources import Source, check_rate
 
 FORMAT = 2
 """Version of the file."""
-ENDING = ".run.json"
-"""The file of `rows.csv` is `rows.csv.run.json`."""
 
 Marks = Sequence[tuple[int, Sequence[float] | None]]
 
@@ -38,6 +36,8 @@ Marks = Sequence[tuple[int, Sequence[float] | None]]
 class History(msgspec.Struct, frozen=True, kw_only=True):
     """How rows were made, and what has been corrected; every command that reads rows reads it."""
 
+    ENDING: ClassVar = ".run.json"
+    """The file of `rows.csv` is `rows.csv.run.json`."""
     form: int = FORMAT
     """Version of the file."""
     film: str
@@ -100,7 +100,7 @@ class History(msgspec.Struct, frozen=True, kw_only=True):
             stride=stride,
             fps=film.even_rate,
             preset=preset,
-            config=to_dict(config),
+            config=config.to_dict(),
             seed=seed,
             units=units,
             places=places,
@@ -224,6 +224,33 @@ class History(msgspec.Struct, frozen=True, kw_only=True):
         """Return the history with stretches that are not finished."""
         return replace(self, unfinished=[(each.first, each.last) for each in left])
 
+    @classmethod
+    def path(cls, rows: Path) -> Path:
+        """Return the path of the history beside a file of rows."""
+        return rows.with_name(rows.name + cls.ENDING)
+
+    @classmethod
+    def beside(cls, rows: Path) -> History | None:
+        """Return what is remembered of rows; None if there is nothing beside them.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be read, or the rows have fewer lines than when their run ended.
+        """
+        path = cls.path(rows)
+        if not path.exists():
+            return None
+        known = cls.load(path)
+        with contextlib.suppress(OSError):  # who reads the rows says why they cannot be read
+            count = line_count(rows)
+            if known.lines is not None and count < known.lines:
+                raise InputError(
+                    f"{rows} has {count} lines of {known.lines}, by {path.name}: it is cut off; "
+                    f"make it anew, or if that is meant, correct the lines there."
+                )
+        return known
+
     def check(self, film: Film | Source) -> None:
         """Check that this is the history of a film.
 
@@ -252,42 +279,15 @@ def line_count(rows: Path) -> int:
         return sum(part.count(b"\n") for part in iter(lambda: file.read(1 << 20), b""))
 
 
-def history_path(rows: Path) -> Path:
-    """Return the path of the history beside a file of rows."""
-    return rows.with_name(rows.name + ENDING)
-
-
 def rows_path(history: Path) -> Path:
     """Return the path of the rows beside which a history is."""
-    return history.with_name(history.name.removesuffix(ENDING))
-
-
-def history_beside(rows: Path) -> History | None:
-    """Return what is remembered of rows; None if there is nothing beside them.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, or the rows have fewer lines than when their run ended.
-    """
-    path = history_path(rows)
-    if not path.exists():
-        return None
-    known = History.load(path)
-    with contextlib.suppress(OSError):  # who reads the rows says why they cannot be read
-        count = line_count(rows)
-        if known.lines is not None and count < known.lines:
-            raise InputError(
-                f"{rows} has {count} lines of {known.lines}, by {path.name}: it is cut off; make "
-                f"it anew, or if that is meant, correct the lines there."
-            )
-    return known
+    return history.with_name(history.name.removesuffix(History.ENDING))
 
 
 def check_beside(rows: Path, overwrite: bool) -> None:
     """Raise a FormatError if other rows are remembered beside new ones, and must stay so."""
-    if history_path(rows).exists():
-        check_writable(history_path(rows), overwrite)
+    if History.path(rows).exists():
+        check_writable(History.path(rows), overwrite)
 
 
 def hand_on(known: History | None, rows: Path) -> None:
@@ -299,6 +299,6 @@ def hand_on(known: History | None, rows: Path) -> None:
         If the file cannot be written.
     """
     if known is None:
-        history_path(rows).unlink(missing_ok=True)
+        History.path(rows).unlink(missing_ok=True)
     else:
-        known.save(history_path(rows), line_count(rows))
+        known.save(History.path(rows), line_count(rows))

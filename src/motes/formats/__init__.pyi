@@ -6,15 +6,10 @@ from .mot import read_boxes as read_boxes
 from .recording import LABEL as LABEL
 from .recording import FilmFacts as FilmFacts
 from .recording import Recording as Recording
-from .recording import recording_of as recording_of
 from .regions import ABSENT as ABSENT
 from .regions import MAX_FRAME as MAX_FRAME
 from .regions import TruthRegion as TruthRegion
 from .regions import read_regions as read_regions
-from .regions import region_of_pixels as region_of_pixels
 from .registry import Format as Format
 from .truth import absences as absences
 from .truth import kind_of as kind_of
-from .visibility import VISIBLE as VISIBLE
-from .visibility import guessed as guessed
-from .visibility import only_object as only_object

@@ -29,7 +29,6 @@ from motes.formats.recording import (
     Recording,
     frames_between,
     placed,
-    recording_of,
     sound,
 )
 from motes.formats.shapes import (
@@ -211,7 +210,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
         counted(count, kind) for kind, count in others.items() if kind not in (*SHAPES, "attribute")
     ]
     size = _size(root, images)
-    found = recording_of(facts, objects, times, size, named, left_out)
+    found = Recording.of(facts, objects, times, size, named, left_out)
     return replace(found, notes=notes, stride=step)
 
 

@@ -17,10 +17,9 @@ from motes.core.errors import FormatError
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.correction.keyframes import read_keyframes
-from motes.formats.recording import FilmFacts, Recording, placed, recording_of, sound
+from motes.formats.recording import FilmFacts, Recording, placed, sound
 from motes.formats.text import at
 from motes.formats.thinning import KEYFRAME_ERROR, keyframes
-from motes.formats.visibility import only_object
 
 TITLES = (b"frame,x,y,width,height\n", b"frame,x,y,a,b,theta\n")
 """Those of boxes, and of ellipses."""
@@ -32,7 +31,7 @@ def write(recorded: Recording, keyframe_error: float = KEYFRAME_ERROR) -> Iterat
     If the file that was read has keyframes of its own, these are written. Otherwise they are as few
     as keep linear interpolation within `keyframe_error` pixels.
     """
-    here = only_object(recorded, "A file of keyframes")
+    here = recorded.only_object("A file of keyframes")
     turned = any(each.ellipse.theta for each in here.values())
     yield TITLES[turned]
     hidden = {
@@ -74,7 +73,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
         with at(f"frame {frame}"):
             if region is not None:
                 objects.append(sound(placed(frame, region)))
-    return replace(recording_of(facts, objects, dict.fromkeys(marks)), listed=True)
+    return replace(Recording.of(facts, objects, dict.fromkeys(marks)), listed=True)
 
 
 def _absent(first: int, last: int) -> bytes:

@@ -23,14 +23,7 @@ from motes.core.errors import FormatError, counted
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
-from motes.formats.recording import (
-    FilmFacts,
-    Recording,
-    frames_between,
-    placed,
-    recording_of,
-    sound,
-)
+from motes.formats.recording import FilmFacts, Recording, frames_between, placed, sound
 from motes.formats.shapes import Corners, box_of_rectangle, classes_of, label_or_none, visible_box
 from motes.formats.text import angle, at, read_json
 from motes.formats.thinning import KEYFRAME_ERROR, keyframes
@@ -215,7 +208,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     times = {} if rate else {key.frame - 1: key.time for key in keys if key.time is not None}
     if not facts.fps:
         facts = replace(facts, fps=rate)
-    return replace(recording_of(facts, objects, times, left_out=left_out), notes=clock.notes)
+    return replace(Recording.of(facts, objects, times, left_out=left_out), notes=clock.notes)
 
 
 def _identities(regions: Sequence[VideoRegion]) -> list[int]:

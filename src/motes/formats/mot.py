@@ -21,7 +21,7 @@ from motes.core.errors import FormatError, counted
 from motes.core.files import check_ended, lines_of, read_text
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
-from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, placed, recording_of
+from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, placed
 from motes.formats.regions import MAX_FRAME
 from motes.formats.shapes import label_or_none
 from motes.formats.text import fields_of, number
@@ -122,7 +122,7 @@ def read(kind: Kind, path: Path, facts: FilmFacts) -> Recording:
         f"{LABELS} too, mean 0, so that a box of theirs is now a pixel too far left and up: export "
         f"it as CVAT or COCO."
     ] * bool(own_names)
-    return replace(recording_of(facts, objects, told=seen, left_out=left_out), notes=notes)
+    return replace(Recording.of(facts, objects, told=seen, left_out=left_out), notes=notes)
 
 
 def _has_more(path: Path, kind: Kind) -> bool:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Self
 
 import numpy as np
 from msgspec import structs
@@ -49,8 +50,118 @@ class Recording:
     stride: int = 1
     listed: bool = False
 
+    @classmethod
+    def of(
+        cls,
+        facts: FilmFacts,
+        objects: Iterable[Track],
+        times: Mapping[int, float | None] = {},
+        size: tuple[int, int] | None = None,
+        files: Mapping[int, str] = {},
+        left_out: Sequence[str] = (),
+        searched: Iterable[tuple[int, int]] = (),
+        told: range = range(0),
+    ) -> Self:
+        """Return a recording of objects in frames, in any order; they get the times of these.
+
+        Parameters
+        ----------
+        facts
+            What is known of the film.
+        objects
+            The objects. Frames without any are there if `times` or `told` has them.
+        times
+            The times of frames in seconds; None, as far as the file does not hold them: then they
+            follow from the frame rate, and from the times of the frames around.
+        size
+            Width and height in the file; else those of `facts`.
+        files
+            The names of the images of frames in the file; else those of `facts`.
+        left_out
+            What of the file is not here, in a few words each.
+        searched
+            Pairs of a frame and of the identity of an object that is searched for there, and has no
+            place.
+        told
+            The frames of which the file tells all: nothing is in those that it does not name.
+
+        Raises
+        ------
+        FormatError
+            If a frame is negative, or larger than any film's, its time is none, or an object is
+            there twice in a frame.
+        """
+        if told.stop > MAX_FRAME:
+            raise FormatError(f"no film has {told.stop} frames")
+        frames: dict[int, list[Track]] = {frame: [] for frame in (*times, *told)}
+        there = set[tuple[int, int]]()
+        for each in objects:
+            frame = each.frame
+            if each.identity != ANONYMOUS and (frame, each.identity) in there:
+                raise FormatError(f"frame {frame} has the object {each.identity} twice")
+            there.add((frame, each.identity))
+            if each.label:
+                check_label(each.label)
+            nameless = each.label is None and facts.label != LABEL
+            named = structs.replace(each, label=facts.label) if nameless else each
+            frames.setdefault(frame, []).append(named)
+        missed: dict[int, list[int]] = {}
+        for frame, identity in searched:
+            missed.setdefault(frame, []).append(identity)
+        for frame in frames:
+            if not 0 <= frame <= MAX_FRAME:
+                raise FormatError(f"no film has a frame {frame}")
+        known = {frame: time for frame, time in times.items() if time is not None}
+        for frame, time in known.items():
+            if not abs(time) <= FARTHEST:
+                raise FormatError(f"frame {frame} has the time {time:g}")
+        if not facts.fps:
+            facts = replace(facts, fps=_rate(known))
+        seconds = known | _between(known, [frame for frame in frames if frame not in known], facts)
+        width, height = size or (facts.width, facts.height)
+        return cls(
+            Header(facts.source, width, height, facts.label),
+            [
+                FrameRow(
+                    frame,
+                    seconds[frame],
+                    tuple(structs.replace(each, time=seconds[frame]) for each in frames[frame]),
+                    files.get(frame) or facts.file(frame),
+                    tuple(missed.get(frame, ())),
+                )
+                for frame in sorted(frames)
+            ],
+            left_out,
+            assumed=not facts.fps and len(known) < len(frames),
+            length=facts.frames or 0,
+            told=bool(told),
+        )
+
     def __iter__(self) -> Iterator[FrameRow]:
         return iter(self.frames)
+
+    def only_object(self, what: str) -> dict[int, Track]:
+        """Return the one object by frame, where it is visible.
+
+        Raises
+        ------
+        FormatError
+            If there are several objects; `what` names the format.
+        """
+        found: dict[int, Track] = {}
+        identity: int | None = None
+        for row in self:
+            for each in row.objects:
+                if not each.visible:
+                    continue
+                identity = each.identity if identity is None else identity
+                if each.identity != identity or row.frame in found:
+                    raise FormatError(
+                        f"{what} holds one object, and there are several; choose one with "
+                        f"--identity N."
+                    )
+                found[row.frame] = each
+        return found
 
     def following(self) -> dict[int, int]:
         """Return for each frame the next one; an object that is not there does not go on.
@@ -111,92 +222,6 @@ class FilmFacts:
         return self.times[last] + further if self.times else further
 
 
-def recording_of(
-    facts: FilmFacts,
-    objects: Iterable[Track],
-    times: Mapping[int, float | None] = {},
-    size: tuple[int, int] | None = None,
-    files: Mapping[int, str] = {},
-    left_out: Sequence[str] = (),
-    searched: Iterable[tuple[int, int]] = (),
-    told: range = range(0),
-) -> Recording:
-    """Return a recording of objects in frames, in any order; they get the times of these.
-
-    Parameters
-    ----------
-    facts
-        What is known of the film.
-    objects
-        The objects. Frames without any are there if `times` or `told` has them.
-    times
-        The times of frames in seconds; None, as far as the file does not hold them: then they
-        follow from the frame rate, and from the times of the frames around.
-    size
-        Width and height in the file; else those of `facts`.
-    files
-        The names of the images of frames in the file; else those of `facts`.
-    left_out
-        What of the file is not here, in a few words each.
-    searched
-        Pairs of a frame and of the identity of an object that is searched for there, and has no
-        place.
-    told
-        The frames of which the file tells all: nothing is in those that it does not name.
-
-    Raises
-    ------
-    FormatError
-        If a frame is negative, or larger than any film's, its time is none, or an object is there
-        twice in a frame.
-    """
-    if told.stop > MAX_FRAME:
-        raise FormatError(f"no film has {told.stop} frames")
-    frames: dict[int, list[Track]] = {frame: [] for frame in (*times, *told)}
-    there = set[tuple[int, int]]()
-    for each in objects:
-        frame = each.frame
-        if each.identity != ANONYMOUS and (frame, each.identity) in there:
-            raise FormatError(f"frame {frame} has the object {each.identity} twice")
-        there.add((frame, each.identity))
-        if each.label:
-            check_label(each.label)
-        nameless = each.label is None and facts.label != LABEL
-        named = structs.replace(each, label=facts.label) if nameless else each
-        frames.setdefault(frame, []).append(named)
-    missed: dict[int, list[int]] = {}
-    for frame, identity in searched:
-        missed.setdefault(frame, []).append(identity)
-    for frame in frames:
-        if not 0 <= frame <= MAX_FRAME:
-            raise FormatError(f"no film has a frame {frame}")
-    known = {frame: time for frame, time in times.items() if time is not None}
-    for frame, time in known.items():
-        if not abs(time) <= FARTHEST:
-            raise FormatError(f"frame {frame} has the time {time:g}")
-    if not facts.fps:
-        facts = replace(facts, fps=_rate(known))
-    seconds = known | _between(known, [frame for frame in frames if frame not in known], facts)
-    width, height = size or (facts.width, facts.height)
-    return Recording(
-        Header(facts.source, width, height, facts.label),
-        [
-            FrameRow(
-                frame,
-                seconds[frame],
-                tuple(structs.replace(each, time=seconds[frame]) for each in frames[frame]),
-                files.get(frame) or facts.file(frame),
-                tuple(missed.get(frame, ())),
-            )
-            for frame in sorted(frames)
-        ],
-        left_out,
-        assumed=not facts.fps and len(known) < len(frames),
-        length=facts.frames or 0,
-        told=bool(told),
-    )
-
-
 def stride_of(frames: Sequence[int]) -> int:
     """Return the stride of frames in order, which three of them tell at least."""
     return math.gcd(*(two - one for one, two in pairwise(frames))) if len(frames) > 2 else 1
@@ -233,7 +258,7 @@ def placed(
     label: str | None = None,
     bounds: Box | None = None,
 ) -> Track:
-    """Return an object in a frame whose time `recording_of` adds.
+    """Return an object in a frame whose time `Recording.of` adds.
 
     `bounds` is the upright box around it, if it is another than that around its ellipse.
     """

@@ -36,6 +36,18 @@ class TruthRegion(NamedTuple):
     is_box: bool = False
     """Whether the annotation is only a box."""
 
+    @classmethod
+    def of_pixels(cls, x: NDArray[np.int64], y: NDArray[np.int64]) -> TruthRegion:
+        """Return the region of pixels, of their columns and rows (n,)."""
+        if not x.size:
+            return ABSENT
+        low = float(x.min()), float(y.min())
+        box = Box(*low, float(x.max()) - low[0] + 1, float(y.max()) - low[1] + 1)
+        (xx, xy), (_, yy) = np.cov(x, y, bias=True)
+        # Each pixel is a square, which adds its own second moment, 1/12.
+        center, moments = (float(x.mean()), float(y.mean())), (xx + 1 / 12, xy, yy + 1 / 12)
+        return cls(box, _ellipse_of_moments(center, moments, scale=2))
+
 
 _NAN = math.nan
 ABSENT = TruthRegion(Box(*[_NAN] * 4), Ellipse(*[_NAN] * 5), is_box=True)
@@ -113,19 +125,7 @@ def _region_of_runs(values: list[float]) -> TruthRegion:
     inside = np.flatnonzero(np.repeat(np.arange(len(runs)) % 2, runs))
     if not inside.size:
         return ABSENT
-    return region_of_pixels(x + inside % width, y + inside // width)
-
-
-def region_of_pixels(x: NDArray[np.int64], y: NDArray[np.int64]) -> TruthRegion:
-    """Return the region of pixels, of their columns and rows (n,)."""
-    if not x.size:
-        return ABSENT
-    low = float(x.min()), float(y.min())
-    box = Box(*low, float(x.max()) - low[0] + 1, float(y.max()) - low[1] + 1)
-    (xx, xy), (_, yy) = np.cov(x, y, bias=True)
-    # Each pixel is a square, which adds its own second moment, 1/12.
-    center, moments = (float(x.mean()), float(y.mean())), (xx + 1 / 12, xy, yy + 1 / 12)
-    return TruthRegion(box, _ellipse_of_moments(center, moments, scale=2))
+    return TruthRegion.of_pixels(x + inside % width, y + inside // width)
 
 
 def region_of_corners(corners: NDArray[np.float64]) -> TruthRegion:

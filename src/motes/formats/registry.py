@@ -17,7 +17,7 @@ import msgspec
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.files import write_folder, write_whole
 from motes.core.registry import Registry
-from motes.core.track import BOX, ELLIPSE, Status
+from motes.core.track import BOX, ELLIPSE, SURE, Status
 from motes.formats.aspects import (
     ANGLES,
     ASPECTS,
@@ -33,7 +33,7 @@ from motes.formats.aspects import (
 from motes.formats.recording import FilmFacts, Recording
 from motes.formats.text import fields_of
 from motes.formats.truth import kind_of
-from motes.formats.visibility import SURE, certain, marked
+from motes.formats.visibility import certain, marked
 from motes.rows.reader import SEPARATED
 
 UNKNOWN, UNSEEN = {"status": Status.SEARCHING}, {"status": Status.OCCLUDED}

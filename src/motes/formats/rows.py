@@ -16,7 +16,7 @@ import msgspec
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.geometry import check_angle
 from motes.core.track import BOX, COLUMNS, ELLIPSE, Status, Track
-from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, recording_of, sound, stride_of
+from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, sound, stride_of
 from motes.formats.text import at, whole
 from motes.formats.visibility import SHOWN
 from motes.rows.reader import read_track
@@ -148,7 +148,7 @@ def recording_of_rows(
                     turned.add(each.identity)
                 objects.append(each)
     told = facts.run or range(0)
-    found = recording_of(facts, objects, times, left_out=left_out, searched=searched, told=told)
+    found = Recording.of(facts, objects, times, left_out=left_out, searched=searched, told=told)
     stride = facts.run.step if facts.run is not None else stride_of([row.frame for row in found])
     return dataclasses.replace(found, stride=stride)
 

@@ -23,9 +23,8 @@ from motes.core.errors import FormatError, counted
 from motes.core.files import check_ended, lines_of, read_text
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Track
-from motes.formats.recording import FilmFacts, Recording, placed, recording_of, sound
+from motes.formats.recording import FilmFacts, Recording, placed, sound
 from motes.formats.regions import ABSENT, read_regions
-from motes.formats.visibility import only_object
 
 Kind = Literal["otb", "vot", "lasot", "got10k"]
 
@@ -45,7 +44,7 @@ NOWHERE = {"otb": "0,0,0,0", "vot": "nan,nan,nan,nan"}
 
 def write(kind: Kind, recorded: Recording) -> Iterator[bytes]:
     """Yield a line for each frame; raise a FormatError if there are several objects."""
-    here = only_object(recorded, kind.upper())
+    here = recorded.only_object(kind.upper())
     last = max((row.frame for row in recorded), default=-1)
     for frame in range(max(last + 1, recorded.length)):
         line = _line(kind, here[frame]) if frame in here else NOWHERE[kind]
@@ -113,4 +112,4 @@ def read(kind: Kind, path: Path, facts: FilmFacts) -> Recording:
     masks = sum(line.lstrip().startswith("m") for line in lines_of(text))
     left_out = [f"the pixels of {counted(masks, 'mask')}, but for box and ellipse"] * bool(masks)
     times = dict.fromkeys(range(len(regions)))
-    return replace(recording_of(facts, objects, times, left_out=left_out), single=True)
+    return replace(Recording.of(facts, objects, times, left_out=left_out), single=True)

@@ -11,17 +11,12 @@ from msgspec import structs
 from motes.core.errors import FormatError
 from motes.core.track import Status, Track
 from motes.formats.recording import ANONYMOUS, Recording
-from motes.mot.boxes import is_cut
 from motes.rows.schema import FrameRow
 
-VISIBLE = (Status.TRACKING, Status.INTERPOLATED)
-"""The statuses of an object that is in the picture."""
-SHOWN = (*VISIBLE, Status.OCCLUDED)
+SHOWN = (Status.TRACKING, Status.INTERPOLATED, Status.OCCLUDED)
 """The statuses with a known position; that of a searched or lost object is only a guess."""
 MISSED = (Status.SEARCHING, Status.LOST)
 """The statuses of an object of which it is not known whether it is in the picture."""
-SURE = 0.5
-"""The lowest confidence of an object that others may take for seen."""
 
 
 def shown(row: FrameRow) -> Iterator[Track]:
@@ -31,12 +26,7 @@ def shown(row: FrameRow) -> Iterator[Track]:
 
 def visible(row: FrameRow) -> Iterator[Track]:
     """Yield the visible objects of a frame, for formats that cannot mark a hidden one."""
-    return (each for each in row.objects if each.status in VISIBLE)
-
-
-def guessed(status: Status, confidence: float) -> bool:
-    """Return whether a place is a guess: interpolated, or wrong more probably than right."""
-    return status is Status.INTERPOLATED or (status is Status.TRACKING and confidence < SURE)
+    return (each for each in row.objects if each.visible)
 
 
 def marked(recorded: Recording, mark: Mapping[str, Any]) -> tuple[Recording, int]:
@@ -49,7 +39,7 @@ def marked(recorded: Recording, mark: Mapping[str, Any]) -> tuple[Recording, int
 
     def told(each: Track) -> Track:
         nonlocal count
-        if not guessed(each.status, each.confidence):
+        if not each.guessed:
             return each
         count += 1
         void = not each.confidence and "confidence" not in mark
@@ -73,7 +63,7 @@ def certain(recorded: Recording) -> Recording:
         last |= dict.fromkeys([*(each.identity for each in row.objects), *row.searched], row.frame)
         others = [each for each in row.objects if each.status is not Status.LOST]
         seen |= dict.fromkeys([*(each.identity for each in others), *row.searched], row.frame)
-        cut |= {each.identity: is_cut(each.box, size) for each in others}
+        cut |= {each.identity: each.box.is_cut(size) for each in others}
     end = max((row.frame for row in recorded), default=0)
 
     def missed(each: Track, frame: int) -> bool:
@@ -93,24 +83,3 @@ def check_identities(identities: Iterable[int], what: str) -> None:
             f"{what} holds tracks, and there are boxes without identities; track them first, with "
             "motes watch --detector."
         )
-
-
-def only_object(recorded: Recording, what: str) -> dict[int, Track]:
-    """Return the one object of a recording by frame, where it is visible.
-
-    Raises
-    ------
-    FormatError
-        If there are several objects; `what` names the format.
-    """
-    found: dict[int, Track] = {}
-    identity: int | None = None
-    for row in recorded:
-        for each in visible(row):
-            identity = each.identity if identity is None else identity
-            if each.identity != identity or row.frame in found:
-                raise FormatError(
-                    f"{what} holds one object, and there are several; choose one with --identity N."
-                )
-            found[row.frame] = each
-    return found

@@ -24,7 +24,7 @@ from motes.core.files import lines_of, read_text
 from motes.core.geometry import Ellipse
 from motes.core.track import Track
 from motes.formats.image_names import frame_of, images_of, note_on_names
-from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, placed, recording_of, sound
+from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, placed, sound
 from motes.formats.shapes import image_of, label_or_none, labels_of, stem_of, visible_box
 from motes.formats.text import at, number, whole
 from motes.formats.visibility import visible
@@ -128,7 +128,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     if either:
         taken = "identities" if tracked else "confidences"
         notes.append(f"the sixth numbers of its lines, 0 or 1, are read as {taken}.")
-    found = recording_of(facts, objects, dict.fromkeys(stems), left_out=left_out)
+    found = Recording.of(facts, objects, dict.fromkeys(stems), left_out=left_out)
     return replace(found, notes=notes)
 
 

@@ -1,17 +1,10 @@
 """The public names of this package."""
 
 from .assignment import assign as assign
-from .boxes import foot_of as foot_of
 from .boxes import intersection_over_first as intersection_over_first
-from .boxes import is_cut as is_cut
-from .detection.global_motion import GlobalMotion as GlobalMotion
-from .detection.moving_camera import PannedDetector as PannedDetector
-from .expected import CUE as CUE
 from .expected import Expected as Expected
 from .look import Look as Look
-from .look import looks_at as looks_at
 from .pipeline_config import WatchConfig as WatchConfig
 from .pipeline_config import check_code as check_code
-from .pipeline_config import for_lookalikes as for_lookalikes
 from .pipeline_config import named_detector as named_detector
 from .pipeline_config import watch_config as watch_config

@@ -6,18 +6,19 @@ this knowledge".
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import ClassVar
+
+import msgspec
 
 from motes.core.types import Floats
 from motes.cues.color import Color, ColorModel
 
-CUE = Color()
-"""The cue whose histograms cameras exchange."""
 
-
-class Expected(NamedTuple):
+class Expected(msgspec.Struct, frozen=True, eq=False):
     """An object that may appear in the next frame."""
 
+    CUE: ClassVar = Color()
+    """The cue whose histograms cameras exchange."""
     key: int
     """Its number where it comes from."""
     samples: Floats

@@ -44,6 +44,23 @@ class Look(msgspec.Struct, frozen=True, eq=False):
     frames: int = 1
     """How many frames it has been seen in."""
 
+    @classmethod
+    def at(cls, frame: Frame, ellipses: Sequence[Ellipse]) -> list[Look]:
+        """Return the looks of upright ellipses in a frame.
+
+        The colors are those of which more is in an ellipse than beside it. The rest may be
+        background, which is another one after an occlusion.
+        """
+        if not ellipses:
+            return []
+        whole = np.array(ellipses)
+        inside, left, right = (_halves(frame, whole, off) for off in (0, -BESIDE, BESIDE))
+        own = np.maximum(inside - (left + right) / 2, 0)
+        total = own.sum(axis=2, keepdims=True)
+        colors = np.divide(own, 2 * total, out=np.zeros_like(own), where=total > 0)
+        edges = EDGES.histograms(frame, whole)
+        return [cls(*each) for each in zip(colors.reshape(len(whole), -1), edges, strict=True)]
+
     def joined(self, before: Look | None) -> Look:
         """Return this look of a frame together with the look so far."""
         if before is None:
@@ -52,23 +69,6 @@ class Look(msgspec.Struct, frozen=True, eq=False):
         color = before.color + share * (self.color - before.color)
         edges = before.edges + share * (self.edges - before.edges)
         return Look(color, edges, before.frames + 1)
-
-
-def looks_at(frame: Frame, ellipses: Sequence[Ellipse]) -> list[Look]:
-    """Return the looks of upright ellipses in a frame.
-
-    The colors are those of which more is in an ellipse than beside it. The rest may be background,
-    which is another one after an occlusion.
-    """
-    if not ellipses:
-        return []
-    whole = np.array(ellipses)
-    inside, left, right = (_halves(frame, whole, off) for off in (0, -BESIDE, BESIDE))
-    own = np.maximum(inside - (left + right) / 2, 0)
-    total = own.sum(axis=2, keepdims=True)
-    colors = np.divide(own, 2 * total, out=np.zeros_like(own), where=total > 0)
-    edges = EDGES.histograms(frame, whole)
-    return [Look(*each) for each in zip(colors.reshape(len(whole), -1), edges, strict=True)]
 
 
 def _halves(frame: Frame, whole: Floats, off: float) -> Floats:

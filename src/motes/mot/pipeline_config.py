@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, TypeVar
+from typing import Any
 
-from msgspec.structs import asdict, fields, replace
+from msgspec.structs import asdict, fields
 
-from motes.core.config import from_dict, merge, to_dict
+from motes.core.config import from_dict, merge
 from motes.core.detection import Detector, DetectorConfig
 from motes.core.errors import ConfigError
 from motes.core.registry import Registry
@@ -17,8 +17,6 @@ from motes.mot.detection.lookalike import LookalikeConfig, LookalikeDetector
 from motes.mot.detection.onnx_detector import OnnxConfig, onnx_values
 from motes.mot.detection.pretrained import FacesConfig, PeopleConfig, RecordedConfig
 from motes.mot.scene_config import SceneConfig, scene_config
-
-S = TypeVar("S", bound=SceneConfig)
 
 DETECTORS = Registry[type[DetectorConfig]](
     "detector",
@@ -38,8 +36,6 @@ DETECTORS = Registry[type[DetectorConfig]](
 
 MOG2 = "mog2"
 """The name of the background, a mixture of Gaussians: Zivkovic's, as OpenCV calls it."""
-LOOKALIKE_OVERLAP = 0.2
-"""Least intersection over union of an object that looks like a target with its detection."""
 
 
 class WatchConfig(SceneConfig, frozen=True):
@@ -71,7 +67,7 @@ def watch_config(
         If the TOML file beside an ONNX file cannot be read.
     """
     given = WatchConfig(**asdict(scene_config(base))) if isinstance(base, str) else base
-    values = merge(to_dict(given), changes)
+    values = merge(given.to_dict(), changes)
     if detector is not None:
         values = merge(values, {"detector": detector_values(detector)})
     config: WatchConfig = from_dict(values, WatchConfig)
@@ -124,16 +120,6 @@ def named_detector(name: str | None) -> Detector:
     """Return a detector by its name, with default settings; raise a ConfigError for no name."""
     config: DetectorConfig = from_dict(detector_values(name), DetectorConfig)
     return config.detector()
-
-
-def for_lookalikes(config: S) -> S:
-    """Return a scene's configuration for what looks like a target.
-
-    Patches before a background that moves along change their outline from frame to frame, more than
-    the detections for which `association.overlap` was chosen.
-    """
-    association = replace(config.association, overlap=LOOKALIKE_OVERLAP)
-    return replace(config, association=association)
 
 
 def lookalike_detector(config: LookalikeConfig, detector: str | None) -> LookalikeDetector:

@@ -377,7 +377,7 @@ def _usable(expected: Expected) -> Expected:
     velocity = np.asarray(expected.velocity, np.float64)
     if velocity.shape != (2,) or not (np.abs(velocity) <= FARTHEST).all():
         raise ConfigError(f"A velocity is two numbers, in pixels a second; got {velocity}.")
-    return expected._replace(samples=as_samples(expected.samples), velocity=velocity)
+    return replace(expected, samples=as_samples(expected.samples), velocity=velocity)
 
 
 def _homography(motion: Any) -> Floats | None:

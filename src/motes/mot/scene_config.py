@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Self
 
 from msgspec import Meta
 from msgspec.structs import replace
@@ -16,6 +16,8 @@ from motes.sot.presets import PRESETS, preset
 
 MAX_POSITIONS = 2000
 """Largest number of places at which a new object's background is measured: some milliseconds."""
+LOOKALIKE_OVERLAP = 0.2
+"""Least intersection over union of an object that looks like a target with its detection."""
 
 
 class DetectionSelection(Config, frozen=True):
@@ -92,6 +94,15 @@ class SceneConfig(Config, frozen=True):
     """When detections start a new object."""
     termination: Termination = Termination()
     """When an object without a detection ends."""
+
+    def for_lookalikes(self) -> Self:
+        """Return the configuration for objects that look like a target.
+
+        Patches before a background that moves along change their outline from frame to frame, more
+        than the detections for which `association.overlap` was chosen.
+        """
+        association = replace(self.association, overlap=LOOKALIKE_OVERLAP)
+        return replace(self, association=association)
 
 
 def scene_config(tracker: str | ParticleFilter = "nummiaro:adaptive") -> SceneConfig:

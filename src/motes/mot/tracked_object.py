@@ -15,7 +15,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status, Track
 from motes.core.types import Floats
-from motes.mot.expected import CUE, Expected
+from motes.mot.expected import Expected
 from motes.mot.look import Look
 from motes.sot.filtering.fusion import fuse_distances
 from motes.sot.particle_filter import ParticleFilter
@@ -123,10 +123,12 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
         box
             Its detection, if it has one.
         """
-        colors_only = tracker.cues == {"color": CUE}
+        colors_only = tracker.cues == {"color": Expected.CUE}
         finder = tracker
         if not colors_only:
-            finder = ParticleFilter(color=CUE, motion=tracker.motion, presence=tracker.presence)
+            finder = ParticleFilter(
+                color=Expected.CUE, motion=tracker.motion, presence=tracker.presence
+            )
         state, info = finder.hand_over(frame, {"color": expected.model}, expected.samples)
         if box is None and info.track.status is not Status.TRACKING:
             return None

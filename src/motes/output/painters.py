@@ -12,7 +12,6 @@ from motes.core.track import ROUNDING, Status, Track
 from motes.core.types import Floats
 from motes.mot.analytics.event import Event
 from motes.mot.analytics.regions import Regions
-from motes.mot.boxes import foot_of
 from motes.output.overlay import Draw, describe, draw
 from motes.output.scene_overlay import Point, draw_scene
 
@@ -73,7 +72,7 @@ class ScenePainter:
         }
         for each in (each for each in tracks if each.identity in here):
             trail = self._trails.setdefault(each.identity, deque(maxlen=TRAIL))
-            trail.append(foot_of(each.box))
+            trail.append(each.box.foot)
         for event in events:
             if event.event in ("crosses", "enters", "leaves"):
                 self._totals[event.total] += 1

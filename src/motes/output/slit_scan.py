@@ -16,7 +16,6 @@ from motes.core.track import Status, Track
 from motes.core.types import Bytes
 from motes.mot.analytics.ground_plane import Point
 from motes.mot.analytics.regions import crossing
-from motes.mot.boxes import foot_of
 from motes.output.overlay import font
 
 LONGEST = 8000
@@ -82,7 +81,7 @@ class SlitScan:
             self._step *= 2
         before, self._seen = self._seen, {}
         for each in tracks:
-            seen, foot = before.get(each.identity), foot_of(each.box)
+            seen, foot = before.get(each.identity), each.box.foot
             if each.status is Status.TRACKING:
                 same = seen is not None and not crossing(self._points, seen[0], foot)
                 seen = foot, seen[1] if seen and same else _look(frame, each.box)

@@ -1,8 +1,6 @@
 """The public names of this package."""
 
-from . import presets as presets
 from .filtering.scatter import scatter as scatter
 from .network.family import NetworkFamily as NetworkFamily
 from .network.network import Network as Network
-from .network.network import files_of as files_of
-from .network.published import paths_of as paths_of
+from .presets import DESCRIPTIONS as DESCRIPTIONS

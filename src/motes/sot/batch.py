@@ -14,7 +14,6 @@ import msgspec
 from msgspec import Meta
 from numpy.typing import NDArray
 
-from motes.core.config import to_dict
 from motes.core.decode import decode
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame, as_frame, from_bgr
@@ -161,7 +160,7 @@ class Trackers:
             raise ConfigError("There is no object left to save; call add or init first.")
         objects = [tracker._plain() for tracker in self.each]
         frame, *_ = [plain.pop("frame") for plain in objects]  # the same for all
-        config = to_dict(self.each[0].config)
+        config = self.each[0].config.to_dict()
         saved = _SavedGroup(config, self._seed, self._begun, self._bgr, frame, objects)
         save_plain(path, msgspec.structs.asdict(saved))
 

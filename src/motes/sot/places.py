@@ -9,9 +9,8 @@ import numpy as np
 from msgspec import Meta
 from numpy.typing import NDArray
 
-from motes.core.config import Config, Count, from_dict, from_toml
+from motes.core.config import Config, Count
 from motes.core.errors import ConfigError
-from motes.core.files import read_text
 from motes.core.frame import Frame
 
 Side = Annotated[float, Meta(ge=1)]
@@ -67,7 +66,7 @@ def load_places(path: str | Path) -> tuple[Place, ...]:
     ConfigError
         If it has another form.
     """
-    places: _Places = from_dict(from_toml(read_text(path), str(path)), _Places)
+    places = _Places.load(path)
     if not places.place:
         raise ConfigError(f"{path} names no place; add a [[place]] with a box or a border.")
     return places.place

@@ -9,7 +9,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from motes.core.config import from_dict, merge, to_dict
+from motes.core.config import from_dict, merge
 from motes.core.errors import ConfigError
 from motes.core.registry import open_registry, tag_of
 from motes.cues.base import CUES
@@ -265,7 +265,7 @@ def configure(base: TrackerConfig | str, *changes: dict[str, Any]) -> TrackerCon
         For an unknown name or key, or a value that does not fit.
     """
     base = preset(base) if isinstance(base, str) else base
-    values = to_dict(base)
+    values = base.to_dict()
     for change in changes:
         values = merge(values, change)
     check_cues(values)

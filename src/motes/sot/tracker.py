@@ -14,7 +14,6 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes.core.adapters import as_detections
-from motes.core.config import to_dict
 from motes.core.decode import MisfitError, decode
 from motes.core.detection import Detector, best
 from motes.core.errors import ConfigError, FormatError, SourceError
@@ -30,7 +29,7 @@ from motes.sot.algorithm import Algorithm
 from motes.sot.bare import bare_note
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.known_target import KnownTarget
-from motes.sot.network.network import Network, files_of
+from motes.sot.network.network import Network
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.places import Place, boxes_of
 from motes.sot.presets import TrackerConfig, preset
@@ -76,7 +75,7 @@ class Tracker:
         if network:
             if not isinstance(self.config, Discriminative):
                 raise ConfigError("Only preset default takes a network; choose preset default.")
-            self.config = replace(self.config, network=Network(files_of(network)))
+            self.config = replace(self.config, network=Network.named(network))
         if isinstance(self.config, Discriminative) and self.config.network:
             self.config.network.open()
         self._algorithm: Algorithm[Any] = self.config
@@ -273,7 +272,7 @@ class Tracker:
         """Return what `save` writes."""
         state, last = self._started()
         plain = {
-            "config": to_dict(self.config),
+            "config": self.config.to_dict(),
             "seed": self._seed,
             "random": json.dumps(self._rng.bit_generator.state),
             "frame": [last.index, last.time, last.pixels],

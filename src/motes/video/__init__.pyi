@@ -1,12 +1,12 @@
 """The public names of this package."""
 
-from . import decoder as decoder
 from .film import DamagedError as DamagedError
 from .film import Film as Film
 from .frame_sharing import FrameReader as FrameReader
 from .frame_sharing import fits as fits
 from .frame_sharing import shared as shared
 from .image_files import IMAGE_ENDINGS as IMAGE_ENDINGS
+from .newest import Newest as Newest
 from .playlists import is_playlist as is_playlist
 from .reconnect import pauses as pauses
 from .seeker import Seeker as Seeker

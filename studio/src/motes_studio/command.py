@@ -66,12 +66,12 @@ def studio(
 
 def networks_of(given: str) -> tuple[str, ...]:
     """Return the files that a page may name: those of one network, or all in a folder."""
-    from motes.sot import Network, files_of
+    from motes.sot import Network
 
     if not os.path.isdir(given):
-        files = files_of(given)
-        Network(files=files).open()
-        return files
+        network = Network.named(given)
+        network.open()
+        return network.files
     found = sorted(map(str, Path(given).glob("*.onnx")))
     if not found:
         raise SourceError(f"{given} has no files .onnx; give a folder of networks.")

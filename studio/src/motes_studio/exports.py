@@ -14,7 +14,6 @@ import msgspec
 from msgspec.structs import replace
 
 from motes import ConfigError, FormatError, Status, Track
-from motes.core import to_dict, to_toml
 from motes.correction import History
 from motes.formats import LABEL, Recording, registry
 from motes.rows import FORMS, FrameRow, Header, text_name
@@ -185,7 +184,7 @@ def history_file(target: DrawnTarget, film: OpenFilm) -> bytes:
     history = History(
         film=os.path.basename(film.name), width=film.width, height=film.height,
         frames=end, start=target.first, end=end, preset=target.preset,
-        config=to_dict(target.tracker), seed=target.seed,
+        config=target.tracker.to_dict(), seed=target.seed,
     )  # fmt: skip
     return history.corrected([*target.marks.items()]).encoded()
 
@@ -202,7 +201,7 @@ def command_of(target: DrawnTarget, film: OpenFilm) -> Reproduction:
     for first, last in target.absent:
         words += ["--absent", f"{first}:{last}" if last > first else str(first)]
     words += ["--preset", target.preset]
-    files = {"tracker.toml": to_toml(target.tracker)}
+    files = {"tracker.toml": target.tracker.to_toml()}
     if target.config is not None:
         words += ["--config", "motes.toml"]
         files["motes.toml"] = target.config
@@ -213,7 +212,7 @@ def command_of(target: DrawnTarget, film: OpenFilm) -> Reproduction:
 def watch_command(film: OpenFilm, watch: Watch, places: Places) -> Reproduction:
     """Return the command line that tracks all that moves again."""
     words = ["motes", "watch", film.name, "--detector", watch.detector, "--preset", watch.preset]
-    files = {"watch.toml": to_toml(config_of(watch))}
+    files = {"watch.toml": config_of(watch).to_toml()}
     if watch.config is not None:
         words += ["--config", "motes.toml"]
         files["motes.toml"] = watch.config

@@ -17,7 +17,7 @@ from msgspec.structs import replace
 
 from motes import ConfigError, Ellipse, FormatError, MotesError, Status, Track
 from motes.correction import check_keyframes
-from motes.formats import VISIBLE, FilmFacts, Recording, parquet, registry
+from motes.formats import FilmFacts, Recording, parquet, registry
 from motes.rows import FORMS, text_name
 from motes_studio.commands import Region
 from motes_studio.document import MAX_OBJECTS, Document, DrawnTarget, appended, ranges
@@ -190,7 +190,7 @@ def taken(
     drawn = {
         identity: frames
         for identity, rows in sorted(found.items())
-        if (frames := [frame for frame, each in rows.items() if each.status in VISIBLE])
+        if (frames := [frame for frame, each in rows.items() if each.visible])
     }
     if not drawn:
         raise ConfigError("The file has no object that is visible; choose another one.")

@@ -13,7 +13,6 @@ from typing import NamedTuple
 import msgspec
 
 from motes import Ellipse, TrackerConfig
-from motes.core import to_dict
 from motes.correction import join, stretches
 from motes_studio.document import DrawnTarget
 
@@ -92,7 +91,7 @@ def _pass(task: RunPass) -> PassNeed:
 
 def name_of(kind: str, config: TrackerConfig, *values: object) -> str:
     """Return a short name of values, which are the same if and only if the names are."""
-    data = msgspec.json.encode((to_dict(config), *values), order="deterministic")
+    data = msgspec.json.encode((config.to_dict(), *values), order="deterministic")
     return f"{kind}:{hashlib.blake2b(data, digest_size=16).hexdigest()}"
 
 

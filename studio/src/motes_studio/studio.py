@@ -137,7 +137,7 @@ class Studio:
 def presets() -> Presets:
     """Return the trackers that can be chosen."""
     from motes import PRESETS, ParticleFilter
-    from motes.sot import presets
+    from motes.sot import DESCRIPTIONS
 
-    all_ = [Preset(*each) for each in presets.DESCRIPTIONS.items()]
+    all_ = [Preset(*each) for each in DESCRIPTIONS.items()]
     return Presets(all_, [each for each in all_ if isinstance(PRESETS[each.name], ParticleFilter)])

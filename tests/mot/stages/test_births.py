@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from motes.core.detection import Detection
 from motes.core.geometry import Box, Ellipse, iou
 from motes.mot import track_initiation
-from motes.mot.expected import CUE, Expected
+from motes.mot.expected import Expected
 from motes.mot.scene import SceneState, step
 from motes.mot.scene_config import Initiation
 from motes.mot.stages.admit import admit
@@ -136,7 +136,9 @@ def expected(at: Ellipse = ANNOUNCED, *, certain: bool = True, spread: float = 2
     """Return that something red is expected, moving to the right."""
     spreads = spread, spread, 0.3, 0.3, 0.0
     samples = np.random.default_rng(0).normal(at, spreads, (50, 5))
-    return Expected(7, samples, np.array([50.0, 0.0]), CUE.learn(FRAME, ANNOUNCED), certain)
+    return Expected(
+        7, samples, np.array([50.0, 0.0]), Expected.CUE.learn(FRAME, ANNOUNCED), certain
+    )
 
 
 def admitted(*free: Box, objects: tuple[Box, ...] = (), frame=FRAME, **how):  # type: ignore[no-untyped-def]

@@ -13,7 +13,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status
 from motes.core.types import Floats
-from motes.mot.look import Look, costs, looks_at
+from motes.mot.look import Look, costs
 from motes.mot.scene import Scene
 from motes.mot.stages.tell_apart import tell_apart
 from motes.mot.tracked_object import TrackedObject
@@ -32,7 +32,7 @@ def met(
     found = list[TrackedObject]()
     for identity, (place, _) in enumerate(zip(PLACES, before, strict=False), start=1):
         one = visible(identity, seen, place)
-        (look,) = looks_at(seen, [one.track.ellipse])
+        (look,) = Look.at(seen, [one.track.ellipse])
         if identity in hidden:
             one = occluded(identity, seen, place)
         found.append(replace(one, known=look, met=frozenset(others) - {identity}))
@@ -123,7 +123,7 @@ def test_a_look_is_what_is_not_beside_the_object() -> None:
 
     def look(person: Color, ground: Color) -> Look:
         seen = picture(0, (Box(0, 0, *SIZE), ground), (Box(103, 30, 4, 40), person))
-        return looks_at(seen, [Ellipse.from_box(Box(90, 30, 30, 40))])[0]
+        return Look.at(seen, [Ellipse.from_box(Box(90, 30, 30, 40))])[0]
 
     known = [look(RED, GREEN), look(BLUE, GRAY)]
     assert costs([look(BLUE, GREEN)], known).argmin() == 1

@@ -9,7 +9,7 @@ from pathlib import Path
 from motes import Config, Ellipse, Track
 from motes.core import Floats, NonNegative
 from motes.filtering import Fusion, Weights
-from motes.formats import FilmFacts, Format, Recording, only_object, recording_of
+from motes.formats import FilmFacts, Format, Recording
 
 
 class Least(Fusion, Config, frozen=True, tag="least"):
@@ -32,12 +32,12 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     for line in path.read_text().splitlines():
         frame, *box = map(float, line.split())
         objects.append(Track(int(frame), math.nan, Ellipse.from_box(box)))
-    return recording_of(facts, objects)
+    return Recording.of(facts, objects)
 
 
 def write(recorded: Recording) -> Iterator[bytes]:
     """Yield a line for each frame with the object."""
-    for frame, row in only_object(recorded, "boxes").items():
+    for frame, row in recorded.only_object("boxes").items():
         yield " ".join(f"{number:.2f}" for number in (frame, *row.box)).encode() + b"\n"
 
 

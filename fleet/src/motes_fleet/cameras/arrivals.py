@@ -28,10 +28,8 @@ def in_overlap(
 
     Parameters
     ----------
-    ground
-        The ground that both cameras see.
-    known
-        The object.
+    ground, known
+        The ground that both cameras see, and the object.
     size
         Width and height of the other picture.
     now, until
@@ -63,16 +61,7 @@ def in_overlap(
 def at_place(known: KnownObject, place: str, scale: float, now: float, until: float) -> Arrival:
     """Return that an object that has left one camera may come to a place of another one.
 
-    Parameters
-    ----------
-    known
-        The object.
-    place
-        The name of the place.
-    scale
-        How many times larger objects are in the other camera's picture.
-    now, until
-        From when on it may come, and the last time.
+    Objects are `scale` times larger there. It may come from `now` to `until`.
     """
     box = known.tracked.box
     ellipse = Ellipse(0.0, 0.0, scale * box.width / 2, scale * box.height / 2)
@@ -86,10 +75,8 @@ def expected_of(
 
     Parameters
     ----------
-    arrival
-        The arrival.
-    rng
-        Source of randomness.
+    arrival, rng
+        The arrival, and the source of randomness.
     now
         The time of the frame.
     places
@@ -119,16 +106,7 @@ def normal_samples(
 ) -> Floats:
     """Return samples (count, 5) of a normal distribution of ellipses; half-axes are 1 or more.
 
-    Parameters
-    ----------
-    rng
-        Source of randomness.
-    mean
-        The mean ellipse.
-    covariance
-        (5, 5), of x, y, a, b, theta.
-    count
-        Number of samples.
+    The covariance (5, 5) is that of x, y, a, b, theta.
     """
     # The eigenvalues of a covariance that was estimated from few particles may be slightly below 0.
     values, vectors = np.linalg.eigh((covariance + covariance.T) / 2)

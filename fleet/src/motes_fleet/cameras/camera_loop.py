@@ -10,7 +10,7 @@ import msgspec
 from motes import Frame, KnownTarget, MotesError, Scene, Source
 from motes.core import WorkerLine
 from motes.mot import named_detector
-from motes_fleet.cameras import live
+from motes.video import Newest
 from motes_fleet.cameras.camera_report import (
     Arrival,
     CameraEnded,
@@ -21,6 +21,7 @@ from motes_fleet.cameras.camera_report import (
 )
 from motes_fleet.cameras.camera_reporter import CameraReporter
 from motes_fleet.cameras.known_target import KnownTargetReporter
+from motes_fleet.cameras.live import on_clock, opened
 from motes_fleet.cameras.rig_config import Camera
 
 PRESET = "nummiaro:adaptive"
@@ -36,10 +37,8 @@ def watch_camera(
     ----------
     line
         To the place where reports meet.
-    camera
-        The camera.
-    seed
-        Seed of the random numbers.
+    camera, seed
+        The camera, and the seed of its random numbers.
     origin
         The reading of `time.monotonic` at time 0 of live frames.
     target
@@ -54,19 +53,23 @@ def _watched(
 ) -> CameraEnded:
     """Send a report of each frame of a camera; return how it ended."""
     frames, dropped, failure = 0, 0, None
+
+    def tell(text: str) -> None:
+        line.send(CameraMessage(camera.name, text))
+
+    def ready(live: bool) -> None:
+        line.send(CameraReady(camera.name, live))
+
     try:
         reporter = _reporter_of(camera, seed, target)
-        with live.open_watched(camera.source, origin, camera.fps) as film:
-            line.send(CameraReady(camera.name, isinstance(film, live.Live)))
-            if isinstance(film, live.Live):
-                pairs = _live(film, line, camera)
-            else:
-                pairs = _recorded(film, line, camera)
+        film, live = opened(camera.source, camera.fps, tell, ready)
+        with film:
+            pairs = _live(film, line, origin) if live else _recorded(film, line, camera)
             for frame, arrivals in pairs:
                 reporter.expect(arrivals)
                 line.send(reporter.report(frame))
                 frames += 1
-                dropped = film.dropped if isinstance(film, live.Live) else 0
+                dropped = frame.index + 1 - frames
     except MotesError as error:
         failure = str(error)
     except BrokenPipeError:
@@ -87,17 +90,15 @@ def _reporter_of(
 
 
 def _live(
-    film: live.Live, line: WorkerLine, camera: Camera
+    film: Source, line: WorkerLine, origin: float
 ) -> Iterator[tuple[Frame, Sequence[Arrival]]]:
-    """Yield the frames of a live camera, and what may be expected from each on."""
-    for news in film:
-        if isinstance(news, str):
-            line.send(CameraMessage(camera.name, news))
-        else:
+    """Yield the newest frames of a live camera, and what may be expected from each on."""
+    with Newest(film) as frames:
+        for frame in on_clock(frames, origin):
             found: list[Arrival] = []
             while line.waiting:
                 found += _arrivals(line)
-            yield news, found
+            yield frame, found
 
 
 def _recorded(

@@ -10,7 +10,7 @@ import numpy as np
 
 from motes import Box, Frame, Place, Scene, Status, Track
 from motes.core import Floats
-from motes.mot import CUE, Expected, Look, intersection_over_first, is_cut, looks_at
+from motes.mot import Expected, Look, intersection_over_first
 from motes_fleet.cameras.arrivals import expected_of
 from motes_fleet.cameras.camera_report import Arrival, CameraReport, ObjectReport, packed
 from motes_fleet.cameras.rig_config import Camera
@@ -64,16 +64,9 @@ class Doors:
 
 
 class CameraReporter:
-    """Turns a camera's frames into reports.
+    """Turns a camera's frames into reports of the objects that its scene finds and follows.
 
-    Parameters
-    ----------
-    camera
-        The camera.
-    scene
-        Its scene, which finds and follows objects.
-    seed
-        Seed of the samples of expected objects.
+    The seed is for the samples of expected objects.
     """
 
     def __init__(self, camera: Camera, scene: Scene, seed: int = 0) -> None:
@@ -140,15 +133,15 @@ class CameraReporter:
         seen, whole = each.status is Status.TRACKING, False
         view = self._views.get(each.identity)
         if view is None or seen:
-            whole = not is_cut(each.box, (frame.width, frame.height))
+            whole = not each.box.is_cut((frame.width, frame.height))
             places = doors.at(each.box)
             if view is None:
                 view = self._views[each.identity] = _View(frame.time, places)
             if view.reported:
                 view.places = places
             if not view.reported or (whole and each.detected):
-                view.histogram = packed(CUE.learn(frame, each.ellipse).histogram)
-            view.look = packed((clear or looks_at(frame, [each.ellipse])[0]).color)
+                view.histogram = packed(Expected.CUE.learn(frame, each.ellipse).histogram)
+            view.look = packed((clear or Look.at(frame, [each.ellipse])[0]).color)
         appears = not view.reported and seen
         expected = self._begun.get(each.identity)
         waits = bool(view.places) and not whole and frame.time - view.since < COMING

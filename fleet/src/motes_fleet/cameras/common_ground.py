@@ -32,11 +32,6 @@ class CommonGround:
 
     Without a homography, a point is mapped by an affine function that fits the nearest pairs of
     feet: least squares, once more without outliers. Pairs determine the sizes in both cases.
-
-    Parameters
-    ----------
-    overlap
-        The two cameras.
     """
 
     def __init__(self, overlap: Overlap) -> None:
@@ -52,14 +47,7 @@ class CommonGround:
     def there(self, point: Point, width: float, start: str) -> Point | None:
         """Return where a point of one camera's picture is in the other's; None if nowhere.
 
-        Parameters
-        ----------
-        point
-            A point of the ground.
-        width
-            Width of the object that stands there, in pixels.
-        start
-            The name of the camera.
+        The camera is named by `start`; an object stands there that is so many pixels wide.
         """
         onward = start == self.overlap.cameras[0]
         if self._homography is not None:

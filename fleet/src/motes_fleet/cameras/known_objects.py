@@ -10,7 +10,6 @@ from operator import attrgetter
 from msgspec.structs import replace
 
 from motes import Status
-from motes.mot import foot_of
 from motes_fleet.cameras.camera_report import ObjectReport
 
 
@@ -67,7 +66,7 @@ class KnownObject:
 
     def foot(self, now: float) -> tuple[float, float]:
         """Return the middle of its lower edge, where it should be now."""
-        (x, y), (dx, dy), dt = foot_of(self.tracked.box), self.tracked.velocity, now - self.seen
+        (x, y), (dx, dy), dt = self.tracked.box.foot, self.tracked.velocity, now - self.seen
         return x + dx * dt, y + dy * dt
 
 
@@ -81,9 +80,6 @@ class KnownObjects:
         self._by_camera: defaultdict[str, dict[int, KnownObject]] = defaultdict(dict)
         self._by_identity: defaultdict[int, list[KnownObject]] = defaultdict(list)
         self._births = 0
-
-    def __len__(self) -> int:
-        return sum(map(len, self._by_camera.values()))
 
     def add(self, own: int, known: KnownObject) -> None:
         """Add a new object, which has an identity in its camera."""

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from motes import Ellipse, Frame, KnownTarget, Status, Track, Tracker, preset
-from motes.mot import CUE
+from motes.mot import Expected
 from motes_fleet.cameras.arrivals import expected_of
 from motes_fleet.cameras.camera_report import Arrival, CameraReport, ObjectReport, packed
 from motes_fleet.cameras.camera_reporter import Doors
@@ -28,15 +28,6 @@ class KnownTargetReporter:
 
     The tracker searches at the camera's places, or everywhere if it has none, and where another
     camera expects the target.
-
-    Parameters
-    ----------
-    camera
-        The camera.
-    target
-        The target.
-    seed
-        Seed of the random numbers.
     """
 
     def __init__(self, camera: Camera, target: KnownTarget, seed: int = 0) -> None:
@@ -99,7 +90,7 @@ class KnownTargetReporter:
         began, *start = self._path[0]
         dt = frame.time - began
         dx, dy = ((x - start[0]) / dt, (y - start[1]) / dt) if dt else (0.0, 0.0)
-        look = packed(CUE.learn(frame, track.ellipse).histogram)
+        look = packed(Expected.CUE.learn(frame, track.ellipse).histogram)
         return ObjectReport(
             1,
             track.status,

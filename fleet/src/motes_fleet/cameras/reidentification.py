@@ -47,12 +47,7 @@ CLEAR = 1.5
 class CrossCameraAssociation:
     """Gives the objects of several cameras identities that they keep from one to the next.
 
-    Parameters
-    ----------
-    rig
-        How the cameras are joined.
-    known_target
-        Whether all cameras look for the same known target, whose identity is 1.
+    With `known_target`, all cameras look for the same one, whose identity is 1.
 
     Attributes
     ----------

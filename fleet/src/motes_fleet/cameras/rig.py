@@ -33,10 +33,8 @@ class RigRunner:
 
     Parameters
     ----------
-    rig
-        The cameras, and how they are joined.
-    seed
-        The seed of the random numbers.
+    rig, seed
+        The cameras, and the seed of their random numbers.
     target
         A known target for which all cameras wait, in place of all objects. Its identity is 1.
     """
@@ -57,7 +55,7 @@ class RigRunner:
     ) -> Iterator[tuple[CameraReport, Mapping[int, int]] | CameraMessage | CameraEnded]:
         while any(not camera.over or camera.reports for camera in self._cameras):
             for camera in self._cameras:
-                camera.look()
+                yield from camera.look()
             pipes = {
                 camera.pipe: camera
                 for camera in self._cameras

@@ -34,6 +34,9 @@ DELAY = 0.03
 
 So a camera knows in a frame what the others saw in the frame before, and all work at the same time.
 """
+SILENCE = 10.0
+"""Seconds without a report after which a live camera is said to be silent: its driver hangs, where
+no time limit of FFmpeg reaches, or its detector."""
 
 
 class RigCamera:
@@ -85,6 +88,8 @@ class RigCamera:
         self._reported = self._frames = self._identities = 0
         """The number of reports, and the first free numbers of frames and identities."""
         self._ended: float | None = None
+        self._heard = math.inf
+        """When a live camera has reported last; infinite from when it is said to be away."""
         self._failed_at, self._pauses = -1, pauses(CAMERA_TIMEOUT)
         self.start()
 
@@ -101,10 +106,14 @@ class RigCamera:
         """End the process."""
         self.worker.end()
 
-    def look(self) -> None:
-        """Start it again if that is due."""
-        if self.due is not None and time.monotonic() >= self.due:
+    def look(self) -> Iterator[CameraMessage]:
+        """Start it again if that is due; yield once that a live camera is silent."""
+        now = time.monotonic()
+        if self.due is not None and now >= self.due:
             self.start()
+        if now - self._heard > SILENCE:
+            yield CameraMessage(self.name, f"nothing has come from it for {SILENCE:g} s.")
+            self._ended, self._heard = self._heard, math.inf
 
     def listen(self) -> Iterator[CameraMessage | CameraEnded]:
         """Receive its next message; yield it unless it is a report, which waits for its time."""
@@ -176,12 +185,14 @@ class RigCamera:
             else:
                 self.next = self._last = message.time
         else:
+            self._heard = math.inf
             self.over = isinstance(message, CameraEnded)
             yield message
 
     def _take(self, report: CameraReport) -> Iterator[CameraMessage]:
         """Keep a new report, with numbers that no earlier process has used."""
         self._told = False
+        self._heard = time.monotonic() if self.live else math.inf
         if self._known:
             self._known -= 1
             return
@@ -209,6 +220,7 @@ class RigCamera:
         if not again:
             self._pauses = pauses(CAMERA_TIMEOUT)
         self.due, self._failed_at = time.monotonic() + next(self._pauses), self._reported
+        self._heard = math.inf
         if self._ended is None:
             self._ended = time.monotonic()
             yield CameraMessage(self.name, f"{why}. It is started again, with growing pauses.")

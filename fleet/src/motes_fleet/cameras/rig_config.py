@@ -12,7 +12,6 @@ from typing import Annotated
 from msgspec import Meta
 
 from motes import Config, ConfigError, Ground, Place
-from motes.core import from_dict, from_toml
 
 Triple = tuple[float, float, float]
 Positive = Annotated[float, Meta(gt=0, le=1e9)]
@@ -123,12 +122,6 @@ class Rig(Config, frozen=True):
                         f"A passage or overlap got {name!r}, which is not in this rig; known are "
                         f"{', '.join(known) or 'none'}"
                     )
-
-    @classmethod
-    def parse(cls, text: str) -> Rig:
-        """Return the rig in a TOML text; raise a ConfigError if it is not valid."""
-        rig: Rig = from_dict(from_toml(text, "this file"), cls)
-        return rig
 
 
 Way = tuple[CameraLink, str, str]

@@ -13,7 +13,7 @@ from msgspec.structs import replace
 
 from motes import FormatError, MotesError
 from motes_fleet.cluster import pool as pools
-from motes_fleet.cluster.inputs import InputFile, changed, missing, paths_of, stamp
+from motes_fleet.cluster.inputs import InputFile, changed, paths_of, stamp
 from motes_fleet.cluster.jobs import Job
 from motes_fleet.cluster.records import (
     Record,
@@ -79,8 +79,6 @@ def _outdated(record: Record, job: Job, plan: Plan) -> bool:
     """Return whether a job has to be done again."""
     if record.digest != plan.new_record(job).digest or (record.status == "failed" and plan.again):
         return True
-    if any(missing(each.path) for each in record.inputs):
-        return True
     return changed(record.inputs)
 
 
@@ -106,5 +104,5 @@ def _stamped(job: Job) -> tuple[InputFile, ...]:
     """Return the inputs of a job that nobody could finish, so that changed ones are tried again."""
     try:
         return tuple(InputFile(path, stamp(path), "") for path in paths_of(job))
-    except MotesError:  # as if it is missing now
+    except MotesError:  # as of a server that does not answer
         return ()

@@ -12,7 +12,7 @@ from pathlib import Path
 import msgspec
 
 from motes import SourceError
-from motes.correction import ENDING
+from motes.correction import History
 from motes_fleet.cluster.jobs import Job
 from motes_fleet.cluster.objects import Objects
 from motes_fleet.cluster.store import sha256
@@ -24,7 +24,8 @@ class InputFile(msgspec.Struct, frozen=True):
     path: str
     """Its name or address."""
     stamp: str
-    """What the file system or server notes of it: it is another one after each change."""
+    """What the file system or server notes of it: it is another one after each change. Empty if it
+    is missing."""
     sha256: str
     """The checksum of its content."""
 
@@ -32,38 +33,16 @@ class InputFile(msgspec.Struct, frozen=True):
 def paths_of(job: Job) -> list[str]:
     """Return the files that a job reads, its source first."""
     found = [path for _, path in job.files]
-    history = None if job.rows is None else f"{job.rows}{ENDING}"
-    return [*found, history] if history is not None and not missing(history) else found
-
-
-def missing(path: str) -> bool:
-    """Return whether a file, a folder, or all files of a pattern are missing."""
-    if "://" in path:
-        return Objects(path).stamp() is None
-    return not _files(path)
+    history = None if job.rows is None else f"{job.rows}{History.ENDING}"
+    return [*found, history] if history is not None and stamp(history) else found
 
 
 def stamp(path: str) -> str:
-    """Return a text that changes with the file.
-
-    Raises
-    ------
-    SourceError
-        If it is missing.
-    """
+    """Return a text that changes with a file, or those of a folder or pattern; "" if missing."""
     if "://" in path:
-        found = Objects(path).stamp()
-    else:
-        marks = [_stat(file) for file in _files(path)]
-        found = marks[0] if len(marks) == 1 else _digest(marks) if marks else None
-    if found is None:
-        raise SourceError(f"{path} is missing; check the name.")
-    return found
-
-
-def _stat(path: str) -> str:
-    status = os.stat(path)
-    return f"{status.st_size} {status.st_mtime_ns}"
+        return Objects(path).stamp()
+    marks = [f"{(each := os.stat(file)).st_size} {each.st_mtime_ns}" for file in _files(path)]
+    return _digest(marks) if len(marks) > 1 else "".join(marks)
 
 
 def _files(path: str) -> list[str]:
@@ -90,12 +69,7 @@ def checksum(path: str) -> str:
 def localized(job: Job, folder: Path) -> tuple[Job, tuple[InputFile, ...]]:
     """Return a job whose files are on this machine, and what they are.
 
-    Parameters
-    ----------
-    job
-        The job.
-    folder
-        Where copies of remote files go.
+    Copies of remote files go into the folder.
 
     Raises
     ------
@@ -107,6 +81,8 @@ def localized(job: Job, folder: Path) -> tuple[Job, tuple[InputFile, ...]]:
     places, inputs = dict[str, str](), list[InputFile]()
     for number, path in enumerate(paths_of(job)):
         before, places[path] = stamp(path), path
+        if not before:
+            raise SourceError(f"{path} is missing; check the name.")
         if "://" in path:
             goal = folder / str(number) / posixpath.basename(path.rstrip("/"))
             goal.parent.mkdir(parents=True)
@@ -117,10 +93,15 @@ def localized(job: Job, folder: Path) -> tuple[Job, tuple[InputFile, ...]]:
 
 
 def changed(inputs: Iterable[InputFile]) -> bool:
-    """Return whether the content of a file is another one than before.
+    """Return whether a file is missing now, or its content is another one than before.
 
     Where the stamp of a file has changed, its checksum decides. What a server holds is known by its
     stamp alone.
     """
-    others = (each for each in inputs if stamp(each.path) != each.stamp)
-    return any("://" in each.path or checksum(each.path) != each.sha256 for each in others)
+    for each in inputs:
+        now = stamp(each.path)
+        if now != each.stamp and (
+            not now or "://" in each.path or checksum(each.path) != each.sha256
+        ):
+            return True
+    return False

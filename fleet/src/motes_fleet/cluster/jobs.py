@@ -6,15 +6,15 @@ import contextlib
 import difflib
 import hashlib
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Literal
 
 import msgspec
 from msgspec.structs import astuple, replace
 
-from motes import ConfigError, MotesError
+from motes import MotesError
 from motes.core import as_ellipse, check_label, words
-from motes.sot import paths_of
+from motes.sot import Network
 from motes.video import check_rate, is_recorded
 
 Region = tuple[float, ...]
@@ -83,65 +83,42 @@ class Job(msgspec.Struct, frozen=True, omit_defaults=True, kw_only=True):
 COLUMNS = {each.name: each.type for each in msgspec.structs.fields(Job)}
 
 
-def job_of(row: Mapping[str, Any], name: str) -> Job:
-    """Return the job of a row of a table, with `name` if it has none of its own.
+def read_job(row: Mapping[str, Any], name: str) -> tuple[Job | None, list[str]]:
+    """Return the job of a row of a table, and all that is wrong with it but for its files.
 
-    Empty fields count as missing. Paths become absolute: a worker may have another folder.
-
-    Raises
-    ------
-    ConfigError
-        If columns are unknown, or values cannot be used; it names all of them.
+    Empty fields count as missing. Paths become absolute: a worker may have another folder. The job
+    has `name` if the row has none. It is None where values have other types than their columns.
     """
-    check_columns(row)
-    job, mistakes = read_job(row, name)
-    if mistakes:
-        raise ConfigError(" ".join(mistakes))
-    return job
-
-
-def read_job(row: Mapping[str, Any], name: str) -> tuple[Job, list[str]]:
-    """Return the job of a row of known columns, and all that is wrong with it but for its files.
-
-    Raises
-    ------
-    ConfigError
-        If values have other types than their columns.
-    SourceError
-        If a published network is not on this computer.
-    """
-    given = {key: value for key, value in row.items() if value not in (None, "")}
+    wrong = [_unknown(column) for column in row if column not in COLUMNS]
+    given = {key: row[key] for key in COLUMNS if row.get(key) not in (None, "")}
     if "init" in given:
         given["init"] = _regions(given["init"])
-    if isinstance(given.get("network"), str):
-        given["network"] = paths_of([path.strip() for path in given["network"].split(",")])
-    given, wrong = {"source": "", "name": name} | given, list[str]()
-    for key, kind in COLUMNS.items():
+    if isinstance(networks := given.get("network"), str):
+        with noted(wrong):
+            del given["network"]
+            given["network"] = Network.named([path.strip() for path in networks.split(",")]).paths
+    mistyped = list[str]()
+    for key, value in given.items():
         try:
-            if key in given:
-                given[key] = msgspec.convert(given[key], kind, strict=False)
+            given[key] = msgspec.convert(value, COLUMNS[key], strict=False)
         except msgspec.ValidationError:
-            wrong.append(f"column {key}: got {row[key]!r:.80}; it takes {words(kind)}")
-    if wrong:
-        raise ConfigError("; ".join(wrong) + ".")
-    job = Job(**given)
-    return job.with_files(_absolute), _mistakes(job)
+            takes = words(COLUMNS[key])
+            mistyped.append(f"column {key}: got {row[key]!r:.80}; it takes {takes}.")
+    if mistyped:
+        return None, [*wrong, *mistyped]
+    job = Job(**{"source": "", "name": name} | given).with_files(_absolute)
+    return job, [*wrong, *_mistakes(job)]
 
 
-def check_columns(columns: Iterable[str]) -> None:
-    """Raise a ConfigError, with the nearest known names, if columns are unknown."""
-    wrong = list[str]()
-    for name in columns:
-        if name not in COLUMNS:
-            near = difflib.get_close_matches(str(name), COLUMNS, n=1)
-            hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(COLUMNS)}."
-            wrong.append(f"There is no column {name!r}; {hint}")
-    if wrong:
-        raise ConfigError(" ".join(wrong))
+def _unknown(column: str) -> str:
+    """Return that there is no such column, with the nearest known name."""
+    near = difflib.get_close_matches(str(column), COLUMNS, n=1)
+    hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(COLUMNS)}."
+    return f"There is no column {column!r}; {hint}"
 
 
 def _absolute(path: str) -> str:
-    return path if "://" in path else os.path.abspath(path)
+    return os.path.abspath(path) if path and "://" not in path else path
 
 
 def _regions(value: Any) -> Any:

@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Mapping
 from functools import partial
 from multiprocessing.connection import Connection, wait
-from typing import Any, Self
+from typing import Any
 
 from motes.core import Alive, Answer, Done, Failed, Worker, blocked_signals, resources
 from motes_fleet.cluster.pool import Ended, News, Started, Task, outcome, timed_out
@@ -98,12 +98,6 @@ class LocalPool:
         with blocked_signals():
             for worker in (*self._idle, *self._busy.values()):
                 worker.end()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 def _outcome(_: object, function: Callable[[Any], Any], argument: Any) -> bytes:

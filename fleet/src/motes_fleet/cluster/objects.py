@@ -153,12 +153,12 @@ class Objects:
         key = self._key(name)
         _repeated(lambda: self._files.get_file(key, str(goal)), key)
 
-    def stamp(self) -> str | None:
-        """Return a text that changes when the file there is written again; None if missing."""
+    def stamp(self) -> str:
+        """Return a text that changes when the file there is written again; "" if missing."""
         try:
             info = _repeated(lambda: self._files.info(self._root), self._root)
         except FileNotFoundError:
-            return None
+            return ""
         marks = ("ETag", "etag", "size", "LastModified", "mtime", "updated")
         return " ".join(str(info[mark]) for mark in marks if info.get(mark) is not None)
 

@@ -24,18 +24,10 @@ PAUSE = 5.0
 
 
 class RayPool:
-    """Workers of a cluster.
+    """Workers of a cluster, to which the module `ray` is connected (`ray_connection.connected`)."""
 
-    Parameters
-    ----------
-    ray
-        The module, connected (`ray_connection.connected`).
-    cores
-        Cores of a task.
-    """
-
-    def __init__(self, ray: Any, cores: float = 1) -> None:
-        self._ray, self._cores = ray, cores
+    def __init__(self, ray: Any) -> None:
+        self._ray = ray
         self._remote = ray.remote(_do)
         self._gauge: Any = None
         self._running: dict[Any, pools.Task] = {}
@@ -46,17 +38,14 @@ class RayPool:
         """Return whether the cluster has few enough tasks."""
         if time.monotonic() - self._asked > PAUSE:
             nodes = [each["Resources"] for each in self._ray.nodes() if each["Alive"]]
-            self._size = int(sum(node.get("CPU", 0) for node in nodes) / self._cores)
+            self._size = int(sum(node.get("CPU", 0) for node in nodes))
             self._asked = time.monotonic()
         return len(self._running) < max(AHEAD * self._size, 1)
 
     def give(self, task: pools.Task) -> None:
         """Give a task to the cluster."""
         options = self._remote.options(
-            name=task.name,
-            num_cpus=self._cores,
-            max_retries=0,
-            num_returns="streaming",
+            name=task.name, num_cpus=1, max_retries=0, num_returns="streaming"
         )
         self._running[options.remote(task.function, task.argument)] = task
 

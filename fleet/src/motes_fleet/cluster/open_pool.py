@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Iterator
+from contextlib import closing, contextmanager
 
 from motes_fleet.cluster import pool as pools
 from motes_fleet.cluster.local_pool import LocalPool
@@ -11,7 +11,7 @@ from motes_fleet.cluster.on_ray import RayPool
 from motes_fleet.cluster.ray_connection import connected
 
 
-@contextlib.contextmanager
+@contextmanager
 def open_pool(
     cluster: str | None, workers: int, threads: int | None = None
 ) -> Iterator[pools.Pool]:
@@ -32,12 +32,8 @@ def open_pool(
         If Ray is not installed.
     """
     if cluster is None:
-        with LocalPool(workers, threads) as local:
+        with closing(LocalPool(workers, threads)) as local:
             yield local
-        return
-    with connected(cluster, threads=threads or 1) as ray:
-        remote = RayPool(ray)
-        try:
+    else:
+        with connected(cluster, threads=threads or 1) as ray, closing(RayPool(ray)) as remote:
             yield remote
-        finally:
-            remote.close()

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
-from motes import ConfigError, MissingDependencyError
-from motes.core import resources
+from motes import ConfigError
+from motes.core import optional, resources
 
 CURRENT = Path("/tmp/ray/ray_current_cluster")
 """The file in which `ray start` notes the address of the cluster on this machine."""
@@ -39,7 +39,8 @@ def connected(address: str, *, threads: int = 1) -> Iterator[Any]:
     MissingDependencyError
         If Ray is not installed.
     """
-    ray, goal = _ray(), _answering(address)
+    need = "--cluster needs Ray (without it, the processes of this machine are used)"
+    ray, goal = optional("ray", need, "motes-fleet[ray]"), _answering(address)
     # Standard output is for rows. Ray prints there what it repeats, and has no option for it.
     ray._private.worker.print_to_stdstream = _no_print
     before = signal.getsignal(signal.SIGTERM)
@@ -65,17 +66,6 @@ def connected(address: str, *, threads: int = 1) -> Iterator[Any]:
 
 def _no_print(*_: object, **__: object) -> None:
     """Print nothing."""
-
-
-def _ray() -> Any:
-    try:
-        import ray
-    except ImportError:
-        raise MissingDependencyError(
-            "--cluster needs Ray; install it with: pip install 'motes-fleet[ray]'. Without "
-            "--cluster, the processes of this machine are used."
-        ) from None
-    return ray
 
 
 def _answering(address: str) -> str:

@@ -11,10 +11,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from motes import MotesError, SourceError
+from motes import ConfigError, MotesError, SourceError
 from motes.core import from_toml, optional
 from motes.rows import text_name
-from motes_fleet.cluster.jobs import COLUMNS, Job, check_columns, job_of, noted, read_job
+from motes_fleet.cluster.inputs import stamp
+from motes_fleet.cluster.jobs import Job, noted, read_job
 
 Row = tuple[int, Mapping[str, Any]]
 SHOWN = 50
@@ -56,7 +57,10 @@ class JobTable:
     def jobs(self) -> Iterator[Job]:
         """Yield the jobs of a table that was checked."""
         for _, row in self.rows():
-            yield job_of(*self._columns(row))
+            job, wrong = read_job(*self._columns(row))
+            if job is None:
+                raise ConfigError(" ".join(wrong))
+            yield job
 
     def _columns(self, row: Mapping[str, Any]) -> tuple[Mapping[str, Any], str]:
         """Return the columns of a row with the defaults, and the name of a job without one."""
@@ -65,38 +69,27 @@ class JobTable:
         named = source.parent.name if glob.has_magic(source.name) else source.stem
         return {**self.defaults, **given}, named
 
-    def problems(
-        self, missing: Callable[[str], bool], check: Callable[[Job], None]
-    ) -> tuple[int, int, list[str]]:
+    def problems(self, check: Callable[[Job], None]) -> tuple[int, int, list[str]]:
         """Return the number of jobs, of those with problems, and the first problems.
 
-        Each has its rows; one that several rows have is there once.
-
-        Parameters
-        ----------
-        missing
-            Whether a file is missing.
-        check
-            Raises a MotesError for a job that cannot be used.
+        Each has its rows; one that several rows have is there once. `check` raises a MotesError for
+        a job that cannot be used.
         """
         names: dict[str, int] = {}
         found: dict[str, list[int]] = {}
         jobs = count = 0
         for number, row in self.rows():
             jobs += 1
-            wrong = list[str]()
-            with noted(wrong):
-                check_columns(row)
-            with noted(wrong):
-                known = {name: value for name, value in row.items() if name in COLUMNS}
-                job, mistakes = read_job(*self._columns(known))
-                wrong += [*mistakes, *(_wrong_files(job, missing) if job.source else ())]
+            job, wrong = read_job(*self._columns(row))
+            if job is not None:
                 if (other := names.setdefault(job.name, number)) != number:
                     wrong.append(
                         f"row {other} has the name {job.name!r} too; give each job its own."
                     )
-                if not wrong:
-                    check(job)
+                with noted(wrong):
+                    wrong += _wrong_files(job)
+                    if not wrong:
+                        check(job)
             count += bool(wrong)
             for text in wrong:
                 if text in found or len(found) < SHOWN:
@@ -104,10 +97,10 @@ class JobTable:
         return jobs, count, [f"{self.name}, {_rows(rows)}: {text}" for text, rows in found.items()]
 
 
-def _wrong_files(job: Job, missing: Callable[[str], bool]) -> Iterator[str]:
+def _wrong_files(job: Job) -> Iterator[str]:
     """Yield what is wrong with the names of a job's files."""
     for column, path in job.files:
-        if missing(path):
+        if path and not stamp(path):
             yield f"the {column} {path} is missing; check the name."
         elif text_name(path) != path:  # the list of jobs could not hold it
             yield f"the name {path} has bytes that are no text; rename the file."

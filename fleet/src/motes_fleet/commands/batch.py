@@ -7,31 +7,33 @@ import functools
 import io
 import os
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from cyclopts import App, Group, Parameter
 
 from motes import ConfigError
-from motes.cli import (
-    DONE,
-    PARTIAL,
-    FileName,
-    OwnCode,
-    Whole,
-    call,
-    log,
-    options,
-)
+from motes.cli import DONE, PARTIAL, FileName, OwnCode, Whole, call, log, options
 from motes.core import counted, interrupts, optional
+from motes.mot import check_code
 from motes.sot import Network
+from motes_fleet.cluster import driver, machine
 from motes_fleet.cluster import pool as pools
+from motes_fleet.cluster.jobs import Job
+from motes_fleet.cluster.open_pool import open_pool
+from motes_fleet.cluster.state import (
+    Options,
+    counts,
+    load_jobs,
+    load_options,
+    save,
+    write_table,
+)
+from motes_fleet.cluster.store import Store, open_store
+from motes_fleet.cluster.table import JobTable
+from motes_fleet.cluster.work import Plan
 from motes_fleet.commands.batch_job import make, tracker_options
+from motes_fleet.commands.batch_progress import BatchProgress
 from motes_fleet.commands.workers import RUN, Cluster, Workers, check_run
-
-if TYPE_CHECKING:
-    from motes_fleet.cluster.jobs import Job
-    from motes_fleet.cluster.state import Options
-    from motes_fleet.cluster.store import Store
 
 app = App(name="batch", help_format="plaintext")
 OUTPUT = Group("Output", sort_key=3)
@@ -117,17 +119,12 @@ def batch(
     overlay
         Make an annotated video of each film.
     """
-    from motes_fleet.cluster.inputs import missing
-    from motes_fleet.cluster.state import Options, save
-    from motes_fleet.cluster.store import open_store
-    from motes_fleet.cluster.table import JobTable
-
     work.check()
     if rows == "parquet":
         optional("pyarrow", "Parquet needs pyarrow", "motes[parquet]")
     table = JobTable(jobs, columns.columns())
     check = functools.partial(_check_config, own_code=work.own_code)
-    count, bad, problems = table.problems(missing, check)
+    count, bad, problems = table.problems(check)
     for problem in problems:
         log(problem)
     if bad:
@@ -150,9 +147,6 @@ def status(out: str, /) -> int:
     out
         The folder or the address of the batch.
     """
-    from motes_fleet.cluster.state import counts, load_options
-    from motes_fleet.cluster.store import open_store
-
     store = open_store(out)
     options = load_options(store, out)
     found, failed = counts(store)
@@ -182,9 +176,6 @@ def retry(
     failed
         Try those that failed too; without it, only those left.
     """
-    from motes_fleet.cluster.state import load_options
-    from motes_fleet.cluster.store import open_store
-
     work.check()
     store = open_store(out)
     options = load_options(store, out)
@@ -194,8 +185,6 @@ def retry(
 
 def _check_config(job: Job, *, own_code: bool) -> None:
     """Check the tracker and the detector of a job; raise a MotesError."""
-    from motes.mot import check_code
-
     check_code(job.detector, own_code)
     words = ["watch" if job.do == "watch" else "track", *tracker_options(job)]
     _check(*words, *([f"--detector={job.detector}"] if job.detector else ()))
@@ -216,14 +205,6 @@ def _check_network(files: tuple[str, ...]) -> None:
 
 def _run(store: Store, out: str, options: Options, work: WorkOptions, *, again: bool) -> int:
     """Do the jobs of a batch, and print a summary."""
-    from motes.mot import check_code
-    from motes_fleet.cluster import machine
-    from motes_fleet.cluster.driver import batch
-    from motes_fleet.cluster.open_pool import open_pool
-    from motes_fleet.cluster.state import load_jobs, write_table
-    from motes_fleet.cluster.work import Plan
-    from motes_fleet.commands.batch_progress import BatchProgress
-
     plan = Plan(
         out=out if "://" in out else os.path.abspath(out),
         make=make,
@@ -241,7 +222,7 @@ def _run(store: Store, out: str, options: Options, work: WorkOptions, *, again: 
     with BatchProgress(options.total) as progress:
         try:
             with open_pool(work.cluster, workers, threads) as pool:
-                for event in batch(pool, store, load_jobs(store), plan, progress.keep):
+                for event in driver.batch(pool, store, load_jobs(store), plan, progress.keep):
                     interrupts.check()
                     progress.note(event)
                     pool.show(progress.numbers())

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from motes.cli import NOT_FOUND, call
-from motes.correction import ENDING, history_beside
+from motes.correction import History
 from motes_fleet.cluster.jobs import Job
 from motes_fleet.cluster.work import Made
 
@@ -17,16 +17,8 @@ from motes_fleet.cluster.work import Made
 def make(job: Job, folder: Path, form: str, overlay: bool) -> Made:
     """Write the rows of a job, its events and its annotated video into a folder.
 
-    Parameters
-    ----------
-    job
-        The job, whose files are on this machine.
-    folder
-        An empty folder.
-    form
-        The ending of the rows: Parquet is made of those that the command has written.
-    overlay
-        Whether there is an annotated video.
+    The files of the job are on this machine, and the folder is empty. The rows end in `form`:
+    Parquet is made of those that the command has written.
 
     Raises
     ------
@@ -37,12 +29,12 @@ def make(job: Job, folder: Path, form: str, overlay: bool) -> Made:
     wanted = folder / f"rows.{form}"
     with contextlib.redirect_stderr(io.StringIO()), warnings(job.source) as notes:
         code = call(command_line(job, rows, overlay=overlay))
-        history = history_beside(rows)
+        history = History.beside(rows)
         assert history is not None  # every such command leaves one
         if rows != wanted:
             call(["convert", str(rows), str(wanted), *_option("label", job.label)])
             rows.unlink()
-            Path(f"{rows}{ENDING}").unlink()
+            History.path(rows).unlink()
     if code == NOT_FOUND:
         notes.insert(0, f"Nothing was ever found by {job.do}.")
     return len(history.used), " ".join(dict.fromkeys(notes)) or None

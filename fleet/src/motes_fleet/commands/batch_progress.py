@@ -16,13 +16,7 @@ INTERVAL = 30.0
 
 
 class BatchProgress:
-    """Counts what becomes of the jobs of a batch, and shows it.
-
-    Parameters
-    ----------
-    total
-        The number of jobs.
-    """
+    """Counts what becomes of the jobs of a batch, and shows it."""
 
     def __init__(self, total: int) -> None:
         self.total = total

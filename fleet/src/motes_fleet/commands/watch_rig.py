@@ -7,16 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from motes import ConfigError, Ellipse, FormatError, KnownTarget, SourceError, Track, TrackWriter
-from motes.cli import (
-    DONE,
-    NOT_FOUND,
-    PARTIAL,
-    check_not_source,
-    default_output,
-    error_context,
-    log,
-)
-from motes.core import counted, interrupts, read_text
+from motes.cli import DONE, NOT_FOUND, PARTIAL, check_not_source, default_output, log
+from motes.core import counted, interrupts
 from motes.mot import check_code
 from motes.rows import FORMS, FrameRow
 from motes_fleet.cameras.camera_report import CameraMessage, CameraReport
@@ -57,11 +49,9 @@ def watch_rig(
 ) -> int:
     """Watch the cameras of a rig, write their rows and print a summary; return the exit code."""
     target = None if histogram is None else _target(histogram)
-    text = read_text(Path(file))
-    with error_context(Path(file)):
-        rig = Rig.parse(text)
-        for camera in rig.camera:
-            check_code(camera.detector, own_code)
+    rig = Rig.load(file)
+    for camera in rig.camera:
+        check_code(camera.detector, own_code)
     output = default_output(file) if output is None else output
     if output != "-":
         for source in (file, *(camera.source for camera in rig.camera)):
@@ -90,11 +80,11 @@ def watch_rig(
                         found.update(identities.values())
                     elif isinstance(news, CameraMessage):
                         log(f"camera {news.camera}: {news.text}")
-                    elif news.failure is not None:
-                        failures.append(f"camera {news.camera}: {news.failure}")
-                        log(failures[-1])
-                    if not isinstance(news, tuple):
-                        dropped += getattr(news, "dropped", 0)
+                    else:
+                        dropped += news.dropped
+                        if news.failure is not None:
+                            failures.append(f"camera {news.camera}: {news.failure}")
+                            log(failures[-1])
         except KeyboardInterrupt as interrupt:
             interrupted = interrupt  # and all processes are ended as at the end
     if len(failures) == len(frames):

@@ -45,14 +45,7 @@ class Receiver(Protocol):
 class Delivery:
     """A thread that takes a receiver's messages from the queue, in order.
 
-    Parameters
-    ----------
-    queue
-        The messages.
-    receiver
-        Where they go.
-    log
-        Called with one line of text when the receiver fails, and when it is back.
+    `log` is called with one line of text when the receiver fails, and when it is back.
     """
 
     def __init__(self, queue: MessageQueue, receiver: Receiver, log: Callable[[str], None]) -> None:

@@ -24,16 +24,7 @@ from motes_fleet.delivery.webhook import Webhook
 class SentEvents(Sink):
     """Events on their way to webhooks and brokers, each until it is confirmed.
 
-    Parameters
-    ----------
-    addresses
-        The receivers.
-    queue
-        The file in which events wait for them.
-    source
-        The source, which is part of each message.
-    regions
-        The lines and zones.
+    They wait in the file `queue`. The source is part of each message.
 
     Raises
     ------
@@ -130,23 +121,12 @@ def _receiver(address: str) -> Receiver:
 def state(objects: int, totals: Mapping[str, int], regions: Regions) -> str:
     """Return the numbers of a run so far, as the JSON of TOPIC/state.
 
-    Parameters
-    ----------
-    objects
-        The number of objects in the picture.
-    totals
-        The events of the whole run so far, by `Event.total`.
-    regions
-        The lines and zones that are counted.
+    They are that of objects in the picture, and the totals (`Event.total`) of lines and zones.
     """
-    numbers = {_key(name): totals.get(name, 0) for name in _totals(regions)}
-    return msgspec.json.encode({"objects": objects, **numbers}).decode()
-
-
-def _totals(regions: Regions) -> list[str]:
-    """Return the names of the totals: the directions of lines, entries and exits of zones."""
     names = [f"{name} {label}" for name, line in regions.lines.items() for label in line.label]
-    return names + [f"{name} {what}" for name in regions.zones for what in ("enters", "leaves")]
+    names += [f"{name} {what}" for name in regions.zones for what in ("enters", "leaves")]
+    numbers = {_key(name): totals.get(name, 0) for name in names}
+    return msgspec.json.encode({"objects": objects, **numbers}).decode()
 
 
 def _key(name: str) -> str:

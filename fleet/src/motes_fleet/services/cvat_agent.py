@@ -14,20 +14,13 @@ import numpy as np
 
 from motes import Box, ConfigError, Frame, Status, Tracker
 from motes.core import optional
-from motes.formats import guessed
 
 if TYPE_CHECKING:
     from PIL.Image import Image
 
 
 class TrackingFunction:
-    """Tracks rectangles, as `cvat_sdk.auto_annotation.TrackingFunction` describes it.
-
-    Parameters
-    ----------
-    preset
-        The preset of the tracker.
-    """
+    """Tracks rectangles, as `cvat_sdk.auto_annotation.TrackingFunction` describes it."""
 
     def __init__(self, preset: str = "default") -> None:
         self._preset = preset
@@ -56,7 +49,7 @@ class TrackingFunction:
         """Return the shape in the next image; None if it is not found."""
         del context
         track = state.update(pp_image.pixels)
-        if track.status is not Status.TRACKING or guessed(track.status, track.confidence):
+        if track.status is not Status.TRACKING or track.guessed:
             return None
         return self._sdk.TrackableShape(type="rectangle", points=corners_of(track.box))
 

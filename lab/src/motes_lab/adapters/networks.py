@@ -40,11 +40,6 @@ def is_network(name: str) -> bool:
     return name.partition("=")[0] in NETWORKS
 
 
-def short_name(name: str) -> str:
-    """Return a tracker's name without the files of a network."""
-    return name.partition("=")[0] if is_network(name) else name
-
-
 def network_files(name: str) -> list[Path]:
     """Return the files that a name ends with; none for a tracker that is no network.
 

@@ -48,6 +48,7 @@ from pathlib import Path
 from typing import Any
 
 from motes import (
+    PRESETS,
     BackgroundDetector,
     ConfigError,
     Discriminative,
@@ -56,11 +57,13 @@ from motes import (
     SourceError,
     TrackerConfig,
     __version__,
+    configure,
+    preset,
     scene_config,
 )
-from motes.core import explain, from_toml, import_callable, read_text, to_toml
+from motes.core import explain, from_toml, import_callable, read_text
 from motes.mot import named_detector
-from motes.sot import Network, presets
+from motes.sot import Network
 from motes_lab.adapters import mot as mot
 from motes_lab.adapters.networks import NETWORKS, network_files
 from motes_lab.adapters.opencv import PEERS, STOCHASTIC, is_peer, opencv
@@ -68,7 +71,7 @@ from motes_lab.adapters.sot import CallableAdapter, MotesAdapter, OpenCVAdapter
 from motes_lab.datasets.sot import Problem
 
 JOINED = "default:network="
-KNOWN = [*presets.PRESETS, *PEERS, *NETWORKS]
+KNOWN = [*PRESETS, *PEERS, *NETWORKS]
 """Names of the trackers of one object that motes has or knows."""
 KNOWN_MOT = [mot.SCENE, *mot.PEERS]
 """Names of the trackers of many objects that motes has or knows."""
@@ -121,7 +124,7 @@ def tracker_spec(name: str) -> TrackerSpec:
     MissingDependencyError
         If its package is not installed.
     """
-    if name in presets.PRESETS or name.endswith(".toml"):
+    if name in PRESETS or name.endswith(".toml"):
         return _motes_spec(name, motes_config(name))
     if is_peer(name):
         version = f"OpenCV {opencv(name).__version__}"
@@ -150,7 +153,7 @@ def mot_tracker_spec(name: str) -> TrackerSpec:
     """
     kind, colon, rest = name.partition(":")
     if name == mot.SCENE:
-        return TrackerSpec(name, to_toml(scene_config()), True, partial(mot.SceneAdapter))
+        return TrackerSpec(name, scene_config().to_toml(), True, partial(mot.SceneAdapter))
     if name in mot.PEERS:
         mot.import_peers(name)
         version = f"trackers {metadata.version('trackers')}"
@@ -230,19 +233,19 @@ def _hint(name: str, known: list[str]) -> str:
 
 def _motes_spec(name: str, config: TrackerConfig) -> TrackerSpec:
     return TrackerSpec(
-        name, to_toml(config), not isinstance(config, MeanShift), partial(MotesAdapter, config)
+        name, config.to_toml(), not isinstance(config, MeanShift), partial(MotesAdapter, config)
     )
 
 
 def motes_config(name: str) -> TrackerConfig:
     """Return the configuration of a preset or of a TOML file; raise as `tracker_spec` does."""
     if not name.endswith(".toml"):
-        return presets.preset(name)
+        return preset(name)
     values = from_toml(read_text(name), "this file")
     base = values.pop("preset", "nummiaro")
     if not isinstance(base, str):
         raise ConfigError(f"preset is {base!r}; give the name of one, such as 'nummiaro'.")
-    return presets.configure(presets.preset(base), values)
+    return configure(preset(base), values)
 
 
 def _callable_spec(

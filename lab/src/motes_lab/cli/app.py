@@ -6,7 +6,6 @@ from motes.cli import program
 
 app = program("motes-lab", "Measure trackers, and reproduce the tables and figures of the papers.")
 app.command("motes_lab.cli.evaluate:app", name="evaluate", help="Measure trackers on sequences.")
-app.command("motes_lab.cli.compare:app", name="compare", help="Compare evaluations.")
 app.command(
     "motes_lab.cli.experiment:app",
     name="experiment",

@@ -13,7 +13,6 @@ from motes.cli import DONE
 from motes_lab.effort.experiment import effort
 from motes_lab.papers.handover import handover
 from motes_lab.papers.maggio_figure3 import maggio_figure3
-from motes_lab.papers.moving_camera import moving_camera
 from motes_lab.papers.ng_delp_figure3 import ng_delp_figure3
 from motes_lab.papers.ng_delp_table1 import ng_delp_table1
 from motes_lab.papers.nummiaro_figure9 import nummiaro_figure9
@@ -27,7 +26,7 @@ from motes_lab.papers.zhao_pei_team import zhao_team
 app = App(name="experiment", help_format="plaintext")
 for _experiment in (
     ng_delp_table1, ng_delp_figure3, handover, nummiaro_figure9, maggio_figure3, zhao_figure9,
-    zhao_figure10, zhao_team, zhao_detections, real_occlusions, pairs, moving_camera, effort,
+    zhao_figure10, zhao_team, zhao_detections, real_occlusions, pairs, effort,
 ):  # fmt: skip
     app.command(_experiment)
 

@@ -17,14 +17,15 @@ from __future__ import annotations
 import configparser
 import hashlib
 import os
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from motes import FormatError, SourceError
+from motes import Box, FormatError, Frame, SourceError, open_source
 from motes.core import read_text
 from motes_lab.datasets.distractors import DISTRACTORS, evaluated_rows
-from motes_lab.datasets.mot_rows import MotRows, read_rows
+from motes_lab.datasets.mot_rows import MotRows, line_of, read_rows, rows_of
 from motes_lab.datasets.sot import Problem, load_each, printable, series_source
 
 VIDEO_ENDINGS = frozenset(
@@ -56,6 +57,21 @@ class MotSequence:
     def distractors(self) -> tuple[int, ...]:
         """Classes that results may contain without being counted as wrong."""
         return (*DISTRACTORS, NON_MOT_VEHICLE) if self.name.startswith("MOT20") else DISTRACTORS
+
+    def pictures(self) -> Iterator[Frame]:
+        """Yield its frames, with the times of its rate."""
+        with open_source(self.source, end=self.frames) as source:
+            for each in source:
+                yield Frame(each.index, each.index / self.rate, each.pixels)
+
+    def compared(self, index: int, found: Iterable[tuple[int, Box]]) -> tuple[MotRows, MotRows]:
+        """Return the rows of the truth and of some boxes that are compared in a frame.
+
+        Boxes have identities; the frame counts from 0.
+        """
+        results = rows_of([line_of(index, identity, box) for identity, box in found])
+        truth = self.truth.where(self.truth.frames == index + 1)
+        return evaluated_rows(truth, results, self.distractors)
 
     @property
     def digest(self) -> str:

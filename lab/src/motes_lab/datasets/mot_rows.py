@@ -67,6 +67,11 @@ class MotRows:
         )
 
 
+def line_of(index: int, identity: int, box: Box, score: float = 1.0) -> list[float]:
+    """Return a box for `rows_of`; the frame and the pixels given count from 0."""
+    return [index + 1, identity, box.x + 1, box.y + 1, box.width, box.height, score]
+
+
 def rows_of(lines: Sequence[Sequence[float]]) -> MotRows:
     """Return rows from lists frame, id, x, y, width, height, score; frames in any order.
 

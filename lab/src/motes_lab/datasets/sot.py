@@ -41,7 +41,7 @@ from numpy.typing import NDArray
 
 from motes import ConfigError, FormatError, MotesError, SourceError, open_source
 from motes.core import read_text
-from motes.correction import history_beside
+from motes.correction import History
 from motes.formats import absences, kind_of
 from motes.video import IMAGE_ENDINGS
 from motes_lab.datasets.truth import read_mask, read_truth
@@ -258,7 +258,7 @@ def _load(entry: _Entry, first_pixel: int | None) -> Sequence:
     regions = [read_mask(path) for path in _series(truth)] if truth.is_dir() else read_truth(truth)
     if count not in (None, len(regions)):
         raise FormatError(f"{truth.name} is for {len(regions)} frames, but there are {count}")
-    if truth.is_file() and (known := history_beside(truth)) is not None:
+    if truth.is_file() and (known := History.beside(truth)) is not None:
         with open_source(source) as film:
             known.check(film)
     boxes = np.array([region.box for region in regions], np.float64).reshape(-1, 4)

@@ -10,7 +10,7 @@ from PIL import Image
 
 from motes import Ellipse, FormatError, Status
 from motes.core import read_text
-from motes.formats import ABSENT, MAX_FRAME, TruthRegion, read_regions, region_of_pixels
+from motes.formats import ABSENT, MAX_FRAME, TruthRegion, read_regions
 from motes.rows import table_of
 
 PLACED = (Status.TRACKING, Status.INTERPOLATED)
@@ -63,4 +63,4 @@ def read_mask(path: Path) -> TruthRegion:
     except Exception as error:  # decoders of damaged images raise errors of many kinds
         raise FormatError(f"the mask {path.name} cannot be read; replace it") from error
     y, x = np.nonzero(values.any(axis=2) if values.ndim == 3 else values)
-    return region_of_pixels(x, y)
+    return TruthRegion.of_pixels(x, y)

@@ -8,11 +8,11 @@ import numpy as np
 
 from motes import Ellipse
 from motes.core import Floats, iou
-from motes.correction import RIGHT, join, ranked
+from motes.correction import join, ranked
 from motes_lab.effort.methods import Film, Method, Path, equidistant, interpolated
 
-ENOUGH = 0.95
-"""Share of the frames that must be right."""
+RIGHT, ENOUGH = 0.7, 0.95
+"""Least overlap (IoU) of a frame that is right; share of the frames that must be right."""
 
 
 class Effort(NamedTuple):

@@ -12,8 +12,8 @@ from motes import preset
 from motes.core import Floats
 from motes.video import Film as Reader
 from motes_fleet.cluster import pool as pools
-from motes_fleet.cluster.local_pool import LocalPool
 from motes_fleet.cluster.machine import cores
+from motes_fleet.cluster.open_pool import open_pool
 from motes_lab.datasets.sot import Problem
 from motes_lab.datasets.sot import Sequence as Film
 from motes_lab.effort.annotator import Effort, annotate, annotate_equidistant
@@ -55,7 +55,7 @@ def efforts_on(films: Sequence[Film]) -> Experiment:
     efforts: dict[str, dict[str, Effort]] = {}
     problems: list[Problem] = []
     tasks = [pools.Task(film.name, of_film, film, seconds=math.inf) for film in films]
-    with LocalPool(cores()) as pool:
+    with open_pool(None, cores()) as pool:
         ended = (event for event in pools.run(pool, tasks) if isinstance(event, pools.Ended))
         for done, event in enumerate(ended, 1):
             if event.error is None:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motes import BackgroundDetector, Box, Detection, Frame, Scene, Status, open_source
+from motes import BackgroundDetector, Box, Detection, Frame, Scene, Status
 from motes.core import iou
 from motes_fleet.cameras.arrivals import VISIBLE
 from motes_fleet.cameras.camera_report import ObjectReport
@@ -48,13 +48,11 @@ def moments_of(sequence: MotSequence) -> list[Moment]:
     """Return the frames of people, with the truth and the detections."""
     truth, _ = evaluated_rows(sequence.truth, sequence.truth, ())
     moments = []
-    with open_source(sequence.source) as frames:
-        for frame in frames:
-            boxes = {person: box for person, box, _ in truth.listed(frame.index)}
-            known = sequence.detections
-            found = None if known is None else known.detections(frame.index)
-            picture = Frame(frame.index, frame.index / sequence.rate, frame.pixels)
-            moments.append(Moment(picture, boxes, found))
+    known = sequence.detections
+    for frame in sequence.pictures():
+        boxes = {person: box for person, box, _ in truth.listed(frame.index)}
+        found = None if known is None else known.detections(frame.index)
+        moments.append(Moment(frame, boxes, found))
     return moments
 
 

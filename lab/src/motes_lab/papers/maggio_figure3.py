@@ -22,7 +22,7 @@ from motes_lab.adapters.registry import motes_config
 from motes_lab.datasets.shortened import frames_of, shortened
 from motes_lab.datasets.sot import Sequence as Film
 from motes_lab.experiment import Experiment, Result, ResultOptions
-from motes_lab.inputs import RUN, Seeds, films_of, read_marks
+from motes_lab.inputs import RUN, Seeds, films_of
 from motes_lab.metrics.sot import overlap_distances
 from motes_lab.metrics.statistics import unpaired_difference
 from motes_lab.report.tables import Cell, Row, Table, difference, number
@@ -76,7 +76,7 @@ def maggio_figure3(
     """
     check_counts(seeds=seeds)
     names = presets or ("maggio:printed",)
-    parts = None if marks is None else read_marks(marks, Marks)
+    parts = None if marks is None else Marks.load(marks)
     [sequence, *_], problems = films_of(film)
     return results.show("maggio-figure3", figure3(names, sequence, parts, by, seeds), problems)
 

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from motes import BackgroundDetector, Frame, open_source
+from motes import BackgroundDetector
 from motes_lab.adapters.mot import prepare
-from motes_lab.datasets.distractors import MATCH_IOU, evaluated_rows
+from motes_lab.datasets.distractors import MATCH_IOU
 from motes_lab.datasets.mot import MotSequence
-from motes_lab.datasets.mot_rows import rows_of
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.inputs import crowds_of
 from motes_lab.papers.zhao_pei_figure9 import count_accurate
@@ -54,16 +52,9 @@ def _counts(sequence: MotSequence) -> np.ndarray[tuple[int], np.dtype[np.int64]]
     detector = BackgroundDetector()
     prepare(detector, sequence.source, sequence.rate)
     counts = np.zeros(3, np.int64)
-    with open_source(sequence.source) as source:
-        for decoded in itertools.islice(source, sequence.frames):
-            frame = Frame(decoded.index, decoded.index / sequence.rate, decoded.pixels)
-            found = [
-                [frame.index + 1, n, box.x + 1, box.y + 1, *box[2:], 1]
-                for n, box in enumerate((each.box for each in detector(frame)), start=1)
-            ]
-            truth = sequence.truth.where(sequence.truth.frames == frame.index + 1)
-            compared = evaluated_rows(truth, rows_of(found), sequence.distractors)
-            counts += count_accurate(*compared)
+    for frame in sequence.pictures():
+        found = enumerate((each.box for each in detector(frame)), start=1)
+        counts += count_accurate(*sequence.compared(frame.index, found))
     return counts
 
 

@@ -15,7 +15,6 @@ from msgspec import Meta
 from motes import BackgroundDetector, Config, Event, EventCounter, Line, Regions, Scene, open_source
 from motes.mot import assign
 from motes_lab.experiment import Experiment, Result, ResultOptions
-from motes_lab.inputs import read_marks
 from motes_lab.report.tables import Cell, Row, Table, number
 
 HEAD = ("film and line", "true", "counted", "missed", "false", "frames missed", "frames false")
@@ -59,7 +58,7 @@ def zhao_figure10(truth: Path, films: Path, /, *, results: ResultOptions = Resul
     films
         The folder of the films.
     """
-    return results.show("zhao-figure10", figure10(read_marks(truth, CountedClips), films))
+    return results.show("zhao-figure10", figure10(CountedClips.load(truth), films))
 
 
 WITHIN = 10

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -13,8 +12,8 @@ from numpy.typing import NDArray
 
 from motes import (
     BackgroundDetector,
+    Box,
     Detector,
-    Frame,
     LookalikeConfig,
     LookalikeDetector,
     Scene,
@@ -24,11 +23,11 @@ from motes import (
 )
 from motes.cli import numbers_of
 from motes.core import FRAME_INTERVAL, PreparedDetector, iou
-from motes.mot import assign, for_lookalikes, named_detector
+from motes.mot import assign, named_detector
 from motes_lab.adapters.mot import prepare
-from motes_lab.datasets.distractors import MATCH_IOU, evaluated_rows
+from motes_lab.datasets.distractors import MATCH_IOU
 from motes_lab.datasets.mot import MotSequence, has_mot_sequences
-from motes_lab.datasets.mot_rows import MotRows, rows_of
+from motes_lab.datasets.mot_rows import MotRows, line_of, rows_of
 from motes_lab.datasets.sot import Sequence as Film
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.inputs import HYPHEN, RUN, crowds_of, films_of
@@ -78,7 +77,7 @@ def zhao_figure9(
     if like is not None:
         box = tuple(numbers_of("--like", like, "x,y,width,height"))
         chosen = LookalikeConfig(box)  # type: ignore[arg-type]
-        config, finder = for_lookalikes(config), LookalikeDetector(chosen, finder)
+        config, finder = config.for_lookalikes(), LookalikeDetector(chosen, finder)
     if has_mot_sequences(sequence):
         crowds, problems = crowds_of(sequence)
     else:
@@ -100,9 +99,9 @@ def as_mot_sequence(film: Film) -> MotSequence:
     with open_source(film.source) as source:
         rate = source.fps or 1 / FRAME_INTERVAL
     lines = [
-        [index + 1, 1, x + 1, y + 1, width, height, 1]
-        for index, (x, y, width, height) in enumerate(film.boxes.tolist())
-        if np.isfinite(x)
+        line_of(index, 1, Box(*box))
+        for index, box in enumerate(film.boxes.tolist())
+        if np.isfinite(box[0])
     ]
     return MotSequence(film.name, film.source, film.frames, rate, rows_of(lines), None)
 
@@ -119,31 +118,23 @@ def figure9(sequence: MotSequence, scene: Scene, found_by: str) -> Experiment:
         prepare(scene.detector, sequence.source, sequence.rate)
     counts: list[tuple[int, int, int]] = []
     rows: list[Row] = []
-    with open_source(sequence.source) as source:
-        for decoded in itertools.islice(source, sequence.frames):
-            index = decoded.index
-            tracks = scene.update(Frame(index, index / sequence.rate, decoded.pixels))
-            lines = [
-                [index + 1, each.identity, box.x + 1, box.y + 1, *box[2:], 1]
-                for each, box in ((each, each.box) for each in tracks)
-                if not each.gone
-            ]
-            truth = sequence.truth.where(sequence.truth.frames == index + 1)
-            compared = evaluated_rows(truth, rows_of(lines), sequence.distractors)
-            counts.append(count_accurate(*compared))
-            rows.append((Cell(str(index), index), *_cells(np.array(counts[-1:]))))
-            sums = _cells(np.array(counts))
-            note = " ".join(
-                [f"Detected accurately: IoU {MATCH_IOU} or above.", *scene.warnings.values()]
-            )
-            title = f"Objects detected over objects present, {sequence.name}"
-            names = Cell(sequence.name), Cell(found_by), number(len(counts), 0)
-            tables = {
-                "": Table(title, HEAD, rows, ((Cell("all"), *sums),), note),
-                "all": Table("All frames", SUM_HEAD, [(*names, *sums)], note=note),
-            }
-            progress, share = f"frame {index} of {sequence.frames}", len(counts) / sequence.frames
-            yield Result(tables, partial(_draw, sequence.name, counts), (), progress, share)
+    for frame in sequence.pictures():
+        tracks = [each for each in scene.update(frame) if not each.gone]
+        found = ((each.identity, each.box) for each in tracks)
+        counts.append(count_accurate(*sequence.compared(frame.index, found)))
+        rows.append((Cell(str(frame.index), frame.index), *_cells(np.array(counts[-1:]))))
+        sums = _cells(np.array(counts))
+        note = " ".join(
+            [f"Detected accurately: IoU {MATCH_IOU} or above.", *scene.warnings.values()]
+        )
+        title = f"Objects detected over objects present, {sequence.name}"
+        names = Cell(sequence.name), Cell(found_by), number(len(counts), 0)
+        tables = {
+            "": Table(title, HEAD, rows, ((Cell("all"), *sums),), note),
+            "all": Table("All frames", SUM_HEAD, [(*names, *sums)], note=note),
+        }
+        progress, share = f"frame {frame.index} of {sequence.frames}", len(counts) / sequence.frames
+        yield Result(tables, partial(_draw, sequence.name, counts), (), progress, share)
 
 
 def default_detector(sequence: MotSequence) -> Detector:

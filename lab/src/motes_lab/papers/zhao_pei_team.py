@@ -10,10 +10,9 @@ from msgspec import Meta
 
 from motes import Config, LookalikeConfig, Scene, Status, open_source, scene_config
 from motes.core import iou
-from motes.mot import assign, for_lookalikes
+from motes.mot import assign
 from motes_lab.datasets.distractors import MATCH_IOU
 from motes_lab.experiment import Experiment, Result, ResultOptions
-from motes_lab.inputs import read_marks
 from motes_lab.report.tables import Cell, Row, Table, number
 
 HEAD = ("frame", "objects", "followed", "right", "precision", "recall")
@@ -53,7 +52,7 @@ def zhao_team(truth: Path, pictures: Path, /, *, results: ResultOptions = Result
     pictures
         The film or the folder of its pictures.
     """
-    return results.show("zhao-team", team(read_marks(truth, Team), pictures))
+    return results.show("zhao-team", team(Team.load(truth), pictures))
 
 
 def team(truth: Team, pictures: Path) -> Experiment:
@@ -62,7 +61,7 @@ def team(truth: Team, pictures: Path) -> Experiment:
     An object is right if a visible track matches it, one to one, with an overlap of `MATCH_IOU` or
     more.
     """
-    config = for_lookalikes(scene_config())
+    config = scene_config().for_lookalikes()
     scene = Scene(LookalikeConfig(truth.like).detector(), config)
     marked = {each.index: np.array(each.boxes).reshape(-1, 4) for each in truth.frame}
     rows, total, last = list[Row](), np.zeros(3, np.int64), max(marked)

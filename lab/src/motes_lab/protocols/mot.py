@@ -15,7 +15,7 @@ from motes import FormatError, Frame
 from motes.core import write_whole, writing
 from motes_lab.adapters.mot import MotTrackerAdapter, SequenceInfo
 from motes_lab.datasets.mot import MotSequence
-from motes_lab.datasets.mot_rows import MotRows, read_rows, rows_of
+from motes_lab.datasets.mot_rows import MotRows, line_of, read_rows, rows_of
 from motes_lab.protocols.trace import duration
 
 DIGITS = 9
@@ -68,11 +68,9 @@ class MotPass:
             )
             self._adapter.start(info)
         known = sequence.detections
-        found = None if known is None else known.detections(frame.index)
-        answer = self._adapter.update(frame, found)
-        for identity, (x, y, width, height), score in answer.found:
-            line = [frame.index + 1, identity, x + 1, y + 1, width, height, score]
-            self._lines.append(line)
+        given = None if known is None else known.detections(frame.index)
+        answer = self._adapter.update(frame, given)
+        self._lines += (line_of(frame.index, *found) for found in answer.found)
         self._seconds.append(answer.seconds)
 
     @property

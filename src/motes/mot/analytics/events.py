@@ -25,7 +25,6 @@ from motes.mot.analytics.regions import (
     meeting_point,
 )
 from motes.mot.analytics.trajectory import Trajectory
-from motes.mot.boxes import foot_of, is_cut
 
 EDGE = "visits to its edge alone"
 BRIEF = "events of objects that were seen for less than half a second and had hardly moved"
@@ -222,7 +221,7 @@ class EventCounter:
     def _walk(self, each: Track) -> list[Event]:
         """Return the events of a visible object."""
         box, time = each.box, each.time
-        foot, limit = foot_of(box), JUMP * math.sqrt(box.width * box.height)
+        foot, limit = box.foot, JUMP * math.sqrt(box.width * box.height)
         events, jumped, upon = list[Event](), False, self._upon(box)
         walk = self._walks.get(each.identity)
         appears = walk is None
@@ -238,7 +237,7 @@ class EventCounter:
             jumped = walk.continued or walk.off(foot, time, lately) > limit
         if walk.continued:
             walk.continued, walk.crossed = False, []
-        walk.step(time, foot, cut=is_cut(box, self._size), ground=self._ground)
+        walk.step(time, foot, cut=box.is_cut(self._size), ground=self._ground)
         walk.frame, walk.turn, walk.upon = each.frame, self._turn, upon
         if appears:
             events.append(self._event(each, walk, foot, "appears"))
@@ -263,9 +262,9 @@ class EventCounter:
 
         One at the edge of the picture comes or goes there, also where a zone ends.
         """
-        foot, margin = foot_of(box), CLEAR * box.height
+        foot, margin = box.foot, CLEAR * box.height
         lines = {name for name, line in self._lines.items() if line.gap(foot) < margin}
-        if is_cut(box, self._size):
+        if box.is_cut(self._size):
             return lines
         return lines | {name for name, zone in self._zones.items() if zone.holds(foot)}
 

@@ -26,7 +26,6 @@ from motes.core.types import Floats
 from motes.mot.analytics.ground_plane import Ground, Point
 from motes.mot.analytics.lens import Lens
 from motes.mot.analytics.trajectory import SPEED_OVER
-from motes.mot.boxes import foot_of, is_cut
 
 STEP = 1e-3
 """Half the difference of the derivatives, in pixels and radians."""
@@ -68,7 +67,7 @@ class RealUnits(Config, frozen=True):
 
     def metres(self, ellipse: Ellipse) -> Point | None:
         """Return the place of a target; None on the horizon or above, or where no lens sees it."""
-        point = foot_of(ellipse.box) if self.ground.scale is None else (ellipse.x, ellipse.y)
+        point = ellipse.box.foot if self.ground.scale is None else (ellipse.x, ellipse.y)
         place = self.lens.undistorted(point) if self.lens else point
         return None if place is None else self.ground.metres(place)
 
@@ -157,7 +156,7 @@ class GroundMotions:
         for each in tracks:
             motion = before.get(each.identity) or GroundMotion(self._units)
             self._each[each.identity] = motion
-            placed.append(motion.update(each, cut=is_cut(each.box, self._size)))
+            placed.append(motion.update(each, cut=each.box.is_cut(self._size)))
         return placed
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from msgspec import Meta
 from msgspec.structs import replace
 
-from motes.core.config import Config, from_dict, from_toml
+from motes.core.config import Config
 from motes.core.errors import ConfigError
 from motes.core.geometry import clipped
 from motes.mot.analytics.ground_plane import Ground, Point
@@ -137,12 +137,6 @@ class Regions(Config, frozen=True):
                     raise ConfigError(f"{name} crosses itself; give its corners in order.")
             if abs(sum(a * d - b * c for (a, b), (c, d) in zone.sides)) < 2:  # less than a pixel
                 raise ConfigError(f"{name} has no area; give corners that are not on one line.")
-
-    @classmethod
-    def parse(cls, text: str) -> Regions:
-        """Return the regions in a TOML text; raise a ConfigError if it is not valid."""
-        places: Regions = from_dict(from_toml(text, "this file"), cls)
-        return places
 
     def check(self, width: int, height: int) -> None:
         """Raise a ConfigError if a line or a zone lies outside of a picture."""

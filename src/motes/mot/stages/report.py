@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from motes.core.frame import Frame
 from motes.core.track import Status, Track
-from motes.mot.boxes import as_rows, room
+from motes.mot.boxes import as_rows
 from motes.mot.overlaps import CONTAINED, best_partners, covered_pairs
 from motes.mot.scene_config import SceneConfig
 from motes.mot.tracked_object import TrackedObject
@@ -39,7 +39,7 @@ def report(
     tracks, staying = list[Track](), list[TrackedObject]()
     for each in objects:
         max_age = config.termination.max_age
-        if room(each.track.box, frame.width, frame.height) <= 0:
+        if each.track.box.room(frame.width, frame.height) <= 0:
             max_age = MAX_AGE_AT_BORDER
         elif each.identity in covered:
             max_age *= COVERED_AGE_FACTOR

@@ -11,7 +11,7 @@ from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.who_is_who import who_is_who
 from motes.mot.boxes import as_rows
-from motes.mot.look import FRAMES, costs, looks_at
+from motes.mot.look import FRAMES, Look, costs
 from motes.mot.overlaps import grouped, nested_pairs
 from motes.mot.tracked_object import TrackedObject
 
@@ -73,7 +73,7 @@ def _seen(
     ]
     learning = [n for n in clear if met_by[n] or _has_turn(objects[n], frame)]
     ellipses = [objects[n].track.ellipse for n in learning]
-    looks = dict(zip(learning, looks_at(frame, ellipses), strict=True))
+    looks = dict(zip(learning, Look.at(frame, ellipses), strict=True))
     after = list(objects)
     for n, (each, met) in enumerate(zip(objects, met_by, strict=True)):
         known, seen, look = each.known, None if n in covered else each.seen, looks.get(n)

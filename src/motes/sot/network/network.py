@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
+from typing import Self
 
 import msgspec
 import numpy as np
@@ -46,6 +47,32 @@ class Network(Config, frozen=True):
         super().__post_init__()
         if not self.files:
             raise ConfigError("files: A network needs its ONNX files; got none")
+
+    @classmethod
+    def named(cls, given: str | Sequence[str]) -> Self:
+        """Return the network of some files, or of a text that has them with commas between them.
+
+        Raises
+        ------
+        ConfigError
+            If a name is empty.
+        """
+        if isinstance(given, str):
+            given = [given] if Path(given).is_file() else given.split(",")
+        if not all(given):
+            raise ConfigError(f"The network is {given!r}; give files, with commas between them.")
+        return cls(tuple(given))
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """The paths of its files, also where these are those of a published network.
+
+        Raises
+        ------
+        SourceError
+            If they are not on this computer.
+        """
+        return paths_of(self.files)
 
     def open(self) -> str:
         """Open the files, try the network on a gray picture, and return its family's name.
@@ -91,21 +118,6 @@ class Network(Config, frozen=True):
         return opened.family.look(opened.sessions, model.template, frame, as_ellipse(place))
 
 
-def files_of(given: str | Sequence[str]) -> tuple[str, ...]:
-    """Return the files of one network: those of a sequence, or of a text with commas between them.
-
-    Raises
-    ------
-    ConfigError
-        If a name is empty.
-    """
-    if isinstance(given, str):
-        given = [given] if Path(given).is_file() else given.split(",")
-    if not all(given):
-        raise ConfigError(f"The network is {given!r}; give files, with commas between them.")
-    return tuple(given)
-
-
 class _Opened(msgspec.Struct, frozen=True):
     """A network's family, the family's name, and the files ready to run."""
 
@@ -117,13 +129,12 @@ class _Opened(msgspec.Struct, frozen=True):
 @lru_cache(KEPT_OPEN)
 def _opened(network: Network) -> _Opened:
     """Return a network ready to run, tried on a gray picture; raise the errors of `open`."""
-    paths = paths_of(network.files)
-    files = [Session(path, network.threads, network.provider) for path in paths]
+    files = [Session(path, network.threads, network.provider) for path in network.paths]
     name, family, sessions = _recognized(files)
     if family.open_sizes:
         sessions = tuple(each.with_open_sizes() for each in sessions)
     frame, middle = Frame(0, 0.0, np.full((64, 64, 3), 128, np.uint8)), Ellipse(32, 32, 8, 8)
-    named = " and ".join(Path(path).name for path in paths)
+    named = " and ".join(Path(path).name for path in network.paths)
     try:
         view = family.look(sessions, family.learn(sessions, frame, middle), frame, middle)
     except (SourceError, LookupError, ValueError) as error:
