@@ -1,17 +1,18 @@
-"""Walkers in crowds, each followed alone: how many runs end on the right person.
+"""Walkers in crowds, each followed alone or all together: how many runs end on the right person.
 
-    python benchmarks/walkers.py MOT_FOLDER [--tracker default ...] [--seeds 8] [--workers 2]
+    python benchmarks/walkers.py MOT_FOLDER [--tracker default ...] [--together] [--seeds 8]
 
 A walker is an identity of the truth that is wholly in the picture for `LEAST` frames in a row; the
 first `MOST` of its longest such stretch are followed, forwards and backwards. Crowds are chaotic:
 one exchange for a neighbor decides the rest of a run, so single mean overlaps say little. The
-interval of a mean is that over walkers (95 %), each the mean of its runs.
+interval of a mean is that over walkers (95 %), each the mean of its runs. `--together` follows the
+walkers of a sequence by one `Trackers` as well, each over its own frames.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from itertools import product
@@ -20,8 +21,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from motes import Trackers
 from motes.core.frame import Frame
-from motes.core.geometry import Box, iou
+from motes.core.geometry import Box, Ellipse, iou
+from motes.core.track import Status
 from motes.core.types import Floats
 from motes.video.sources import open_source
 from motes_lab.adapters.registry import TrackerSpec, resolve
@@ -33,6 +36,10 @@ LAST, RIGHT = 10, 0.3
 """A run ends on the right person if most of its last frames overlap the truth by so much."""
 OFF, SURE = 0.1, 0.5
 """A frame is off the target below this overlap; a tracker is sure above this confidence."""
+
+
+Said = tuple[Ellipse | None, bool]
+"""What a tracker says after a frame: where the target is, and whether it is sure of it."""
 
 
 class Walker(NamedTuple):
@@ -71,28 +78,68 @@ def walkers(sequence: MotSequence, width: int, height: int) -> Iterator[Walker]:
             yield Walker(sequence, int(truth.frames[longest[0]]) - 1, boxes[longest[:MOST]])
 
 
-def score(task: tuple[Walker, bool, int], spec: TrackerSpec) -> Score:
+def pictures(walker: Walker, *, backward: bool) -> tuple[list[Frame], Floats]:
+    """Return the frames of a walker, numbered from 0 to the last of all frames, and his boxes."""
+    with open_source(walker.sequence.source) as source:
+        every = [frame.pixels for frame in source]
+    first, boxes = walker.first, walker.boxes
+    if backward:
+        every, boxes, first = every[::-1], boxes[::-1], len(every) - walker.first - len(boxes)
+    rate = walker.sequence.rate
+    own = range(first, first + len(boxes))
+    return [Frame(index, index / rate, every[index]) for index in own], boxes
+
+
+def alone(task: tuple[Walker, bool, int], spec: TrackerSpec) -> Score:
     """Return the score of a run: a walker, whether backward, and a seed."""
     walker, backward, seed = task
-    with open_source(walker.sequence.source) as source:
-        frames = [frame.pixels for frame in source][walker.first :][: len(walker.boxes)]
-    boxes = walker.boxes
-    if backward:
-        frames, boxes = frames[::-1], boxes[::-1]
+    frames, boxes = pictures(walker, backward=backward)
     tracker = spec.begin(seed)
-    pictures = [
-        Frame(index, index / walker.sequence.rate, each) for index, each in enumerate(frames)
-    ]
-    tracker.init(pictures[0], Box(*boxes[0]))
-    overlaps, sure = [], []
-    for picture, box in zip(pictures[1:], boxes[1:], strict=True):
+    tracker.init(frames[0], Box(*boxes[0]))
+    said = []
+    for picture in frames[1:]:
         answer = tracker.update(picture)
-        found = None if answer.ellipse is None else answer.ellipse.box
-        overlaps.append(0.0 if found is None else float(iou(found, Box(*box))))
-        sure.append(not answer.lost and not answer.confidence <= SURE)  # NaN: it says nothing
-    overlap, off = np.array(overlaps), np.array(overlaps) < OFF
+        sure = not answer.lost and not answer.confidence <= SURE  # NaN: it says nothing
+        said.append((answer.ellipse, sure))
+    return score(said, boxes)
+
+
+def together(task: tuple[list[Walker], bool, int], spec: TrackerSpec) -> list[Score]:
+    """Return the scores of the walkers of a sequence who are followed at once."""
+    people, backward, seed = task
+    films = [pictures(each, backward=backward) for each in people]
+    begins = [frames[0].index for frames, _ in films]
+    every = {picture.index: picture for frames, _ in films for picture in frames}
+    trackers, followed = Trackers(spec.name, seed), list[int]()
+    said: list[list[Said]] = [[] for _ in people]
+    for index in sorted(every):
+        for n in [n for n in followed if films[n][0][-1].index < index]:
+            trackers.remove(followed.index(n))
+            followed.remove(n)
+        tracks = trackers.update(every[index]) if index > min(begins) else []
+        for n, track in zip(followed, tracks, strict=True):
+            sure = track.status is Status.TRACKING and track.confidence > SURE
+            said[n].append((track.ellipse, sure))
+        for n, (_, boxes) in enumerate(films):
+            if begins[n] == index:
+                region = Box(*boxes[0])
+                if index == min(begins) and not followed:
+                    trackers.init(every[index], [region])
+                else:
+                    trackers.add(region)
+                followed.append(n)
+    return [score(each, boxes) for each, (_, boxes) in zip(said, films, strict=True)]
+
+
+def score(said: Sequence[Said], boxes: Floats) -> Score:
+    """Return the score of a run: after each frame the place, and whether the tracker is sure."""
+    overlap = np.array([
+        0.0 if found is None else float(iou(found.box, Box(*box)))
+        for (found, _), box in zip(said, boxes[1:], strict=True)
+    ])  # fmt: skip
+    off, sure = overlap < OFF, np.array([sure for _, sure in said])
     right = np.mean(overlap[-LAST:] > RIGHT) > 0.5
-    return Score(float(right), overlap.mean(), off.mean(), float((off & np.array(sure)).mean()))
+    return Score(float(right), overlap.mean(), off.mean(), float((off & sure).mean()))
 
 
 def size(sequence: MotSequence) -> tuple[int, int]:
@@ -107,6 +154,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("dataset", type=Path)
     parser.add_argument("--tracker", action="append")
+    parser.add_argument("--together", action="store_true")
     parser.add_argument("--seeds", type=int, default=8)
     parser.add_argument("--workers", type=int, default=2)
     given = parser.parse_args()
@@ -114,20 +162,31 @@ def main() -> None:
     sequences, unreadable = load_mot_dataset(given.dataset)
     for problem in [*unknown, *unreadable]:
         print(f"{problem}")
-    people = [each for sequence in sequences for each in walkers(sequence, *size(sequence))]
+    crowds = [[*walkers(sequence, *size(sequence))] for sequence in sequences]
+    people = [each for crowd in crowds for each in crowd]
     print(f"{len(people)} walkers, {given.seeds} seeds, forwards and backwards")
     print("| tracker | runs | end on the right person | overlap | off | sure, of these |")
     print("|---|---|---|---|---|---|")
     for spec in specs:
         seeds = range(given.seeds if spec.stochastic else 1)
-        tasks = [*product(people, (False, True), seeds)]
         with ProcessPoolExecutor(given.workers) as pool:
-            scores = np.array([*pool.map(partial(score, spec=spec), tasks)])
-        right, overlap, off, sure = scores.mean(axis=0)
-        each = scores[:, 0].reshape(len(people), -1).mean(axis=1)
-        margin = 1.96 * each.std(ddof=1) / len(each) ** 0.5
-        shares = f"{right:.1%} ± {margin:.1%} | {overlap:.3f} | {off:.1%} | {sure / off:.0%}"
-        print(f"| {spec.name} | {len(tasks)} | {shares} |", flush=True)
+            scores = pool.map(partial(alone, spec=spec), product(people, (False, True), seeds))
+            show(spec.name, np.array([*scores]).reshape(len(people), 2 * len(seeds), -1))
+            if given.together:
+                runs = [
+                    np.array([*pool.map(partial(together, spec=spec), tasks)]).swapaxes(0, 1)
+                    for tasks in (product([crowd], (False, True), seeds) for crowd in crowds)
+                ]
+                show(f"{spec.name}, together", np.concatenate(runs))
+
+
+def show(name: str, scores: Floats) -> None:
+    """Print a row of the scores (walkers, runs, 4)."""
+    right, overlap, off, sure = scores.mean(axis=(0, 1))
+    each = scores[:, :, 0].mean(axis=1)
+    margin = 1.96 * each.std(ddof=1) / len(each) ** 0.5
+    shares = f"{right:.1%} ± {margin:.1%} | {overlap:.3f} | {off:.1%} | {sure / off:.0%}"
+    print(f"| {name} | {scores[:, :, 0].size} | {shares} |", flush=True)
 
 
 if __name__ == "__main__":

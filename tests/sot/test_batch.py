@@ -1,19 +1,23 @@
-"""Several targets: each as if it were alone, whatever the threads."""
+"""Several targets in one video, whatever the threads."""
 
 from __future__ import annotations
 
 import copy
+import itertools
 import pickle
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from motes import ConfigError, FormatError, SourceError, Tracker, Trackers, synthetic
 from motes.core.frame import Frame
 from motes.core.geometry import Box
+from motes.sot.discriminative.tracker import Discriminative
 
 REGIONS = [Box(20, 30, 20, 30), Box(60.5, 40, 24, 20), Box(100, 20, 30, 40)]
 
@@ -70,6 +74,28 @@ def test_a_frame_s_planes_are_shared(threads: int) -> None:
         frames[1].cache.clear()
         trackers.update(frames[1])
     assert len(frames[1].cache) == 1
+
+
+@pytest.mark.parametrize(("conflicts", "asks"), [(0, 1), (1, 2), (9, 3)])
+def test_who_looks_elsewhere_may_find_a_third_one(
+    conflicts: int, asks: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Steps are taken anew until nobody is where another one is, but not for ever."""
+    asked: list[tuple[list[Any], list[Any]]] = []
+
+    def elsewhere(self: Discriminative, before: list[Any], after: list[Any]) -> dict[int, Any]:
+        asked.append(([*before], [*after]))
+        return {0: replace(before[0])} if len(asked) <= conflicts else {}
+
+    monkeypatch.setattr(Discriminative, "elsewhere", elsewhere)
+    trackers = Trackers()
+    trackers.init(CLIP[0], REGIONS)
+    trackers.update(CLIP[1])
+    assert len(asked) == asks
+    for (before, after), (again, anew) in itertools.pairwise(asked):
+        assert before[0] is not again[0]
+        assert after[0] is not anew[0]
+        assert (before[1:], after[1:]) == (again[1:], anew[1:])
 
 
 def test_objects_come_and_go() -> None:

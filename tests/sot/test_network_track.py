@@ -13,6 +13,7 @@ from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, Ellipse, iou
 from motes.core.track import Status
+from motes.sot.discriminative.exclusion import Taken
 from motes.sot.discriminative.network_track import AGREES, NetworkTrack
 from motes.sot.discriminative.redetection import MIN_HALF_AXIS
 from motes.sot.discriminative.report import at_region
@@ -82,6 +83,18 @@ def begun(*, backward: bool = False) -> tuple[Tracker, list[Frame]]:
 def truth(frame: Frame) -> Box:
     """Return the box of the square."""
     return BOX._replace(x=BOX.x + 2 * frame.index)
+
+
+def test_a_network_puts_nobody_where_another_target_is() -> None:
+    """Where both agree, the network alone finds a lost target again, but not at another one."""
+    tracker, frames = begun()
+    there = Ellipse.from_box(truth(frames[0]))
+    lost = replace(tracker._state, standing=Standing(Status.SEARCHING, FRAMES))
+    for taken, found in ((Taken(), True), (Taken((there,)), False)):
+        state = replace(lost, taken=taken)
+        after, _ = tracker._algorithm.step(np.random.default_rng(0), state, frames[0])
+        assert (after.standing.status is Status.TRACKING) is found
+        assert after.taken == Taken()
 
 
 def test_the_box_is_between_that_of_the_tracker_and_that_of_the_network(network: Network) -> None:

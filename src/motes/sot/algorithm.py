@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
@@ -69,6 +69,21 @@ class Algorithm(Generic[S]):
         -------
         The state after this frame, and what the algorithm reports of it.
         """
+
+    def elsewhere(self, before: Sequence[S], after: Sequence[S]) -> dict[int, S]:
+        """Return states to step from anew, by index, of targets found where another one is.
+
+        Parameters
+        ----------
+        before, after
+            The states of targets in one video, before a frame and after it.
+
+        Returns
+        -------
+        Some of `before`, which now also know where their targets are not. By default there are
+        none: each target is followed as if it were alone.
+        """
+        return {}
 
     def learn_also(self, state: S, frame: Frame, region: Ellipse) -> S:
         """Return a state that was just begun, whose target also looks as in another frame's region.

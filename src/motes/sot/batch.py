@@ -21,15 +21,18 @@ from motes.core.track import Track
 from motes.core.types import Numbers
 from motes.sot.algorithm import Algorithm
 from motes.sot.presets import TrackerConfig
+from motes.sot.step_info import StepInfo
 from motes.sot.tracker import Picture, Tracker, load_plain, save_plain
 
 
 class Trackers:
     """Follows several objects at once. They share each frame, and what cues compute from it.
 
-    Object i, counted from the first one that was ever added, has the same tracks as with
-    `Tracker(config, seed + i)` alone, to the last bit, for any number of threads. With several
-    threads, use it in a `with` statement, or call `close`.
+    No two are at one place: where objects that were apart are found at one, it is that of the one
+    that is most like itself there, and the others look elsewhere (`Algorithm.elsewhere`; preset
+    default alone does so). Where nobody meets, object i, counted from the first one that was ever
+    added, has the same tracks as with `Tracker(config, seed + i)` alone, to the last bit, for any
+    number of threads. With several threads, use it in a `with` statement, or call `close`.
 
     Parameters
     ----------
@@ -125,19 +128,29 @@ class Trackers:
             If the frame's size has changed, or its time is not after the last one's.
         """
         picture = self._picture(frame, self._started())
+        for tracker in self.each:
+            tracker._following(picture)
+        steps, before = self._steps(picture), [each._state for each in self.each]
+        for _ in self.each:  # who looks elsewhere may find a third one
+            again = self._config.elsewhere(before, [state for state, _ in steps])
+            for index, state in again.items():
+                before[index], steps[index] = state, self.each[index]._stepped(picture, state)
+            if not again:
+                break
+        self._last = picture
+        return [each._take(picture, step) for each, step in zip(self.each, steps, strict=True)]
+
+    def _steps(self, picture: Frame) -> list[tuple[Any, StepInfo]]:
+        """Return the step of each tracker into a frame."""
         if self._threads == 1:
-            tracks = [tracker.update(picture) for tracker in self.each]
-            self._last = picture
-            return tracks
+            return [tracker._stepped(picture) for tracker in self.each]
         # One task for each thread: one for each object would cost more than it saves.
         size = max(-(-len(self.each) // self._threads), 1)
         parts = [self.each[i : i + size] for i in range(0, len(self.each), size)]
         if self._pool is None or self._owner != os.getpid():
             self._pool, self._owner = ThreadPoolExecutor(self._threads), os.getpid()
-        done = self._pool.map(lambda part: [tracker.update(picture) for tracker in part], parts)
-        tracks = [track for tracks in done for track in tracks]
-        self._last = picture
-        return tracks
+        done = self._pool.map(lambda part: [each._stepped(picture) for each in part], parts)
+        return [step for steps in done for step in steps]
 
     def close(self) -> None:
         """Stop the threads; the trackers cannot be used afterwards."""

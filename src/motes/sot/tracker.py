@@ -221,7 +221,12 @@ class Tracker:
         SourceError
             If the frame's size has changed, or its time is not after the last one's.
         """
-        state, last = self._started()
+        picture = self._following(frame)
+        return self._take(picture, self._stepped(picture))
+
+    def _following(self, frame: Picture) -> Frame:
+        """Return an image as the frame after the last one."""
+        _, last = self._started()
         picture = as_frame(frame, last, self._direction)
         if picture.pixels.shape != last.pixels.shape:
             raise SourceError(
@@ -234,11 +239,15 @@ class Tracker:
                 f"Frame {picture.index} at {picture.time:g} s does not come {order} {last.time:g} "
                 f"s; give frames in order, start anew with init, or see Tracker's backward."
             )
+        return picture
+
+    def _stepped(self, picture: Frame, state: Any = None) -> tuple[Any, StepInfo]:
+        """Return the step into a frame, from the last state or from another one like it."""
+        state = self._state if state is None else state
         expected, self._expected = self._expected, None
         if expected is not None and isinstance(self.config, ParticleFilter):
-            found = self.config.step(self._rng, state, self._seen(picture), expected=expected)
-            return self._take(picture, found)
-        return self._take(picture, self._algorithm.step(self._rng, state, self._seen(picture)))
+            return self.config.step(self._rng, state, self._seen(picture), expected=expected)
+        return self._algorithm.step(self._rng, state, self._seen(picture))
 
     def correct(self, region: Numbers) -> Track:
         """Put the target at `region` of the last frame; the target model is kept.
@@ -359,7 +368,7 @@ class Tracker:
         return track
 
 
-FORMAT = 14
+FORMAT = 15
 """Version of the format of saved trackers."""
 L = TypeVar("L")
 

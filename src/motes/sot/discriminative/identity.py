@@ -77,6 +77,8 @@ class Identity(msgspec.Struct, frozen=True, eq=False):
     lead: Annotated[float, Meta(ge=-1, le=1)] = 1.0
     """Running mean of how much nearer what is followed looks to the target than to the neighbors:
     of the difference of both distances. Nobody is known at first."""
+    distance: Annotated[float, Meta(ge=0)] = 0.0
+    """Distance of what is followed to the nearest look of the target, where it was last seen."""
     frames: Annotated[int, Meta(ge=0)] = 0
     """Number of frames since the target was placed."""
 
@@ -115,13 +117,13 @@ class Identity(msgspec.Struct, frozen=True, eq=False):
         seen
             Whether something like the target is there. If not, nothing is known about who it is.
         """
-        look, lead = look_at(frame, target), self.lead
+        look, lead, distance = look_at(frame, target), self.lead, self.distance
         if seen:
             own = distances(np.vstack([self.first, self.known]), look).min()
             difference = float(distances(self.neighbors, look).min() - own)
-            lead += SHARE * (difference - lead)
+            lead, distance = lead + SHARE * (difference - lead), float(own)
         shift, frames = self.shift + camera, self.frames + 1
-        after = replace(self, lead=lead, shift=shift, frames=frames)
+        after = replace(self, lead=lead, distance=distance, shift=shift, frames=frames)
         return after if after.frames % EVERY else after._kept(frame, target, look, seen)
 
     def _kept(self, frame: Frame, target: Ellipse, look: Singles, seen: bool) -> Self:

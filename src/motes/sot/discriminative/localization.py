@@ -19,6 +19,8 @@ from motes.cues.correlation_filter import UPSAMPLING, CorrelationModel, peak_nea
 from motes.cues.search_window import CELL_SIZE, SampleGrid
 from motes.kernels.structures import PointCues
 from motes.sot.discriminative.config import BIN, DiscriminativeConfig
+from motes.sot.discriminative.exclusion import Taken
+from motes.sot.discriminative.expert import LARGEST_LOG_ODDS
 from motes.sot.filtering.resampling import Weights
 
 
@@ -34,6 +36,8 @@ class TargetModels(msgspec.Struct, frozen=True, eq=False):
     contrast: float
     """Running mean of the color contrast between the target and its surroundings. It sets the
     weight of the color posterior."""
+    taken: Taken
+    """Places that are other targets'. No evidence counts there."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -107,6 +111,8 @@ def localize(
     similarity = peak_near(first, box[0], box[1])
     evidence = config.evidence.log_odds(similarity, stands_out)
     evidence += config.experts.log_odds(sights, found)
+    if known.taken.holds(found):
+        evidence = -LARGEST_LOG_ODDS
     return WindowEstimate(
         window_pose=place, window=window, spectra=spectra, integral=integral, sights=sights,
         centers=centers, weights=weighed, pose=found, box=box, contrast=stands_out,

@@ -14,6 +14,7 @@ trained network, if there is one, follows the target beside the particles (`netw
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
@@ -28,8 +29,9 @@ from motes.cues.search_window import CELL_SIZE
 from motes.sot.algorithm import Algorithm
 from motes.sot.discriminative import prediction
 from motes.sot.discriminative.config import DiscriminativeConfig
+from motes.sot.discriminative.exclusion import Claim, Taken, excluded
 from motes.sot.discriminative.expert import probability
-from motes.sot.discriminative.identity import Identity
+from motes.sot.discriminative.identity import GAIN, Identity
 from motes.sot.discriminative.localization import WindowEstimate
 from motes.sot.discriminative.network_track import AGREES, NetworkTrack
 from motes.sot.discriminative.placing import NO_PARTICLES, evidence_at, find, search, turned
@@ -82,6 +84,7 @@ class Discriminative(
             scale=self.scale.learn(frame, box),
             appearance=self.redetection.learn(frame, box),
             contrast=contrast(integral, middle),
+            taken=Taken(),
             border=borders(integral, middle[None])[0],
             search_particles=NO_PARTICLES,
             scale_due=True,
@@ -152,7 +155,24 @@ class Discriminative(
             reported=reported,
         )
         info = report(self, after, frame, look, particles_of(look, state, pose))
-        return self._joined(rng, after, frame, info, look.evidence)
+        after, info = self._joined(rng, after, frame, info, look.evidence)
+        return replace(after, taken=Taken()), info
+
+    def elsewhere(
+        self, before: Sequence[DiscriminativeState], after: Sequence[DiscriminativeState]
+    ) -> dict[int, DiscriminativeState]:
+        """Return the states of the targets that are where another one is; see `exclusion.py`."""
+        claims = {}
+        for index, (last, state) in enumerate(zip(before, after, strict=True)):
+            if state.standing.confirmed:
+                missed = last.standing.missed > 0 or bool(last.taken.places)
+                against = GAIN * state.identity.distance + DECIDED * missed
+                claims[index] = Claim(last.ellipse, state.ellipse, missed, against)
+        again = {}
+        for index, (places, overlap) in excluded(claims).items():
+            taken = Taken(before[index].taken.places + places, overlap)
+            again[index] = replace(before[index], taken=taken)
+        return again
 
     def learn_also(
         self, state: DiscriminativeState, frame: Frame, region: Ellipse
@@ -223,7 +243,7 @@ class Discriminative(
             network, region = network.agreed(), network.mean(track.box, own)
             confidence = math.sqrt(track.confidence * network.score)
             unseen = state.standing.status is not Status.TRACKING
-            again = unseen and network.score > own
+            again = unseen and network.score > own and not state.taken.holds(network.place)
         else:
             there = evidence_at(self, rng, state, frame, network.place)
             network = network.compared(there - evidence)

@@ -1,0 +1,114 @@
+"""Targets of one video: no two are at one place, and who is hidden by another is found again."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from motes import Tracker, Trackers
+from motes.core.frame import FRAME_INTERVAL, Frame
+from motes.core.geometry import Ellipse, iou
+from motes.core.track import Track
+from motes.sot.discriminative.exclusion import Claim, excluded
+
+FRONT = (62, 42, 24, 40)
+"""The box of who stands in front."""
+FRAMES, HIDDEN = 64, 24
+"""Frames of the film, and how many of them the other one stays hidden."""
+
+
+def at(x: float, y: float = 50.0) -> Ellipse:
+    return Ellipse(x, y, 10.0, 20.0)
+
+
+def claim(before: float, now: float, against: float, *, missed: bool = False) -> Claim:
+    return Claim(at(before), at(now), missed, against)
+
+
+@pytest.mark.parametrize(
+    ("claims", "elsewhere"),
+    [
+        ([claim(20, 22, 1), claim(80, 82, 2)], {}),
+        ([claim(20, 40, 1), claim(60, 42, 2)], {1: [40]}),
+        ([claim(20, 40, 3), claim(60, 42, 2)], {0: [42]}),
+        ([claim(40, 41, 1), claim(42, 42, 2)], {}),  # placed upon each other
+        ([claim(40, 41, 1), claim(42, 42, 2, missed=True)], {1: [41]}),
+        ([claim(20, 40, 1), claim(60, 54, 2)], {}),  # beside it, half covered
+        ([claim(20, 40, 1), claim(60, 50, 2, missed=True)], {1: [40]}),  # not out yet
+        ([claim(20, 40, 1), claim(60, 54, 2, missed=True)], {}),  # it is
+        ([claim(20, 40, 1), claim(60, 44, 2), claim(90, 49, 3)], {1: [40]}),  # room for the third
+        ([claim(20, 40, 1), claim(60, 41, 2), claim(90, 42, 3)], {1: [40], 2: [40]}),
+    ],
+)
+def test_who_has_to_be_elsewhere(claims: list[Claim], elsewhere: dict[int, list[float]]) -> None:
+    found = excluded(dict(enumerate(claims)))
+    assert {n: [place.x for place in taken.places] for n, taken in found.items()} == elsewhere
+    for n, taken in found.items():
+        assert taken.holds(claims[n].now)
+        assert not taken.holds(at(150.0))
+    assert excluded({}) == {}
+
+
+def film() -> list[Frame]:
+    """Return frames in which somebody walks behind another one, stays there, and comes out."""
+    rng = np.random.default_rng(0)
+    ground = rng.integers(90, 150, (15, 20, 3)).repeat(8, axis=0).repeat(8, axis=1)
+
+    def person(*colors: tuple[int, int, int]) -> NDArray[np.int64]:
+        cloth = rng.integers(-30, 30, (10, 6, 1)).repeat(4, axis=0).repeat(4, axis=1)
+        out: NDArray[np.int64] = cloth + np.repeat(colors, 20, axis=0)[:, None]
+        return out
+
+    front = person((170, 60, 60), (60, 60, 140))
+    other = person((170, 60, 60), (60, 140, 60))
+    frames = []
+    for index in range(FRAMES):
+        pixels = ground.copy()
+        left = place(index)
+        pixels[40:80, left : left + 24] = other
+        pixels[42:82, 62:86] = front
+        frames.append(Frame(index, index * FRAME_INTERVAL, pixels.astype(np.uint8)))
+    return frames
+
+
+def place(index: int) -> int:
+    """Return the left border of the box of who walks."""
+    return 20 + 2 * (min(index, 20) + max(0, index - 20 - HIDDEN))
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_who_comes_out_from_behind_another_one_is_found_again(threads: int) -> None:
+    frames, tracks = film(), list[list[Track]]()
+    with Trackers(seed=1, threads=threads) as trackers:
+        tracks.append(trackers.init(frames[0], [(20, 40, 24, 40), FRONT]))
+        tracks += [trackers.update(frame) for frame in frames[1:]]
+    for walker, other in tracks:
+        assert iou(other.box, FRONT) > 0.7
+        at_one = iou(walker.box, other.box) > 0.5
+        assert not (at_one and min(walker.confidence, other.confidence) > 0.5)
+    walker, _ = tracks[-1]
+    assert iou(walker.box, (place(FRAMES - 1), 40, 24, 40)) > 0.7
+
+
+def test_alone_it_would_be_taken_for_the_other_one() -> None:
+    """What the test above would see if each target were followed as if it were alone."""
+    first, *frames = film()
+    tracker = Tracker(seed=1)
+    tracker.init(first, (20, 40, 24, 40))
+    for frame in frames:
+        track = tracker.update(frame)
+    assert iou(track.box, FRONT) > 0.7
+    assert track.confidence > 0.5
+
+
+def test_targets_that_do_not_meet_are_followed_as_if_alone() -> None:
+    frames = film()[:8]
+    boxes = [(20, 40, 24, 40), FRONT, (120, 20, 24, 40)]
+    together = Trackers(seed=3)
+    tracks = [together.init(frames[0], boxes), *map(together.update, frames[1:])]
+    for n, box in enumerate(boxes):
+        alone = Tracker(seed=3 + n)
+        own = [alone.init(frames[0], box), *map(alone.update, frames[1:])]
+        assert [each[n].ellipse for each in tracks] == [track.ellipse for track in own]
+        assert [each[n].confidence for each in tracks] == [track.confidence for track in own]
