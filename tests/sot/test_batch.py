@@ -89,8 +89,8 @@ def test_who_looks_elsewhere_may_find_a_third_one(
 
     monkeypatch.setattr(Discriminative, "elsewhere", elsewhere)
     trackers = Trackers()
-    trackers.init(CLIP[0], REGIONS)
-    trackers.update(CLIP[1])
+    trackers.init(clip()[0], REGIONS)
+    trackers.update(clip()[1])
     assert len(asked) == asks
     for (before, after), (again, anew) in itertools.pairwise(asked):
         assert before[0] is not again[0]

@@ -18,20 +18,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-<<<<<<< HEAD
 from commands import read_csv
-from motes import BackgroundDetector, Ellipse, Frame, KnownTarget, Place, Scene, open_source, preset
-=======
-from motes import (
-    BackgroundDetector,
-    Ellipse,
-    KnownTarget,
-    Place,
-    Scene,
-    open_source,
-    preset,
-)
->>>>>>> helper-house
+from motes import BackgroundDetector, Ellipse, KnownTarget, Place, Scene, open_source, preset
 from motes.cli import main
 from motes.cues import Color
 from motes_fleet.cameras import rig as rig_runner
