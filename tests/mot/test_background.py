@@ -29,6 +29,7 @@ from motes.mot.detection.illumination import (
 from motes.mot.detection.planes import planes_of
 from motes.mot.detection.pretrained import PeopleDetector, RecordedDetections
 from motes.mot.detection.selective_update import SelectiveUpdate
+from motes.mot.detection.sway import FARTHEST, Sway, moved
 from motes.mot.scene import LAG, Scene
 from motes.video.image_files import read_image
 
@@ -322,6 +323,54 @@ def test_a_tremble_of_a_pixel_is_no_foreground() -> None:
     assert without_tremble(everywhere, planes_of(shaken), background).sum() == 0
     shaken[30:40, 40:50] = 20
     assert without_tremble(everywhere, planes_of(shaken), background).sum() == 100
+
+
+@pytest.mark.parametrize("prepared", [True, False])
+def test_a_camera_that_sways_shows_what_moves_alone(prepared: bool) -> None:
+    """Without that, each edge of the ground is foreground."""
+    rng, detector = np.random.default_rng(0), BackgroundDetector()
+    ground = np.kron(rng.integers(40, 200, (20, 26, 3)), np.ones((8, 8, 1))).astype(np.uint8)
+
+    def swaying(index: int) -> tuple[Frame, Box]:
+        x, y = round(4 * np.sin(index / 6)), round(3 * np.sin(index / 9))
+        scene = ground.copy()
+        left = 24 + 2 * (index - 40)
+        if index >= 40:
+            scene[60:100, left : left + 20] = (250, 20, 250)
+        pixels = scene[16 - y : 136 - y, 16 - x : 176 - x]
+        noisy = (pixels + rng.normal(0, 2, pixels.shape)).clip(0, 255).astype(np.uint8)
+        return Frame(index, index / 25, noisy), Box(left - 16 + x, 44 + y, 20, 40)
+
+    if prepared:
+        detector.prepare(swaying(index)[0] for index in range(90))
+    for index in range(90):
+        frame, box = swaying(index)
+        found = detector(frame)
+        assert len(found) == (index >= 40)
+        assert all(iou(each.box, box) > 0.85 for each in found)
+    assert detector.warnings == {}
+
+
+def test_a_sway_is_found_in_whole_pixels() -> None:
+    rng = np.random.default_rng(0)
+    ground = rng.integers(0, 256, (120, 160, 3)).astype(np.uint8)
+    sway = Sway()
+    sway.refer(ground[:, :, 1])
+    for shift, found in [((0, 0), (0, 0)), ((7, -8), (7, -8)), ((-20, 0), (7, -8))]:
+        sway.find(np.roll(ground, shift, axis=(1, 0)), FARTHEST)
+        assert sway.shift == found
+    steady = moved(np.roll(ground, (7, -8), axis=(1, 0)), (7, -8), np.zeros_like(ground))
+    assert (steady[8:, :-7] == ground[8:, :-7]).all()
+    assert not steady[:8].any()
+    assert not steady[:, -7:].any()
+
+
+@pytest.mark.parametrize("size", [(120, 160), (12, 160), (30, 20)])
+def test_a_ground_with_few_edges_tells_no_sway(size: tuple[int, int]) -> None:
+    sway, even = Sway(), np.full((*size, 3), 90, np.uint8)
+    sway.refer(even[:, :, 1])
+    sway.find(even + np.uint8(40), FARTHEST)
+    assert sway.shift == (0, 0)
 
 
 def test_what_an_outline_encloses_is_no_shadow() -> None:

@@ -35,6 +35,7 @@ from motes.mot.detection.mixture import FIRST, Mixture
 from motes.mot.detection.planes import Planes, planes_of
 from motes.mot.detection.reference_image import ReferenceImage
 from motes.mot.detection.selective_update import SelectiveUpdate
+from motes.mot.detection.sway import FARTHEST, LASTS, STEP, Sway, moved
 
 BRIGHTEST = 250
 """A camera shows what is brighter than it can show with this value or more."""
@@ -120,6 +121,8 @@ class BackgroundConfig(DetectorConfig, Config, frozen=True, tag="background"):
 class BackgroundDetector:
     """Finds moving objects before a fixed camera. A `Detector`; frames come in order.
 
+    A camera that sways by a few pixels counts as fixed (`sway`).
+
     A pixel is foreground if it differs from the background in more than its light (`illumination`),
     or was a known object's in the frame before (`foreground_memory`). Foreground is not learned for
     a time (`SelectiveUpdate`). A patch without edges of its own is no object: an object that has
@@ -176,8 +179,12 @@ class BackgroundDetector:
                 if len(pictures) > PREVIEWED:  # every other one stays
                     pictures, step = pictures[::2], 2 * step
         if pictures and self.config.preview:
-            usual = Exposure(sorted(pictures, key=np.mean)[len(pictures) // 2])
-            for picture in pictures:  # the film's exposure may change meanwhile
+            middle = sorted(pictures, key=np.mean)[len(pictures) // 2].copy()
+            usual, sway = Exposure(middle), Sway()
+            sway.refer(middle[:, :, 1])
+            for picture in pictures:  # meanwhile the exposure may change, and the camera sway
+                sway.find(picture, FARTHEST)
+                picture[:] = moved(picture, sway.shift, middle)
                 if (curves := usual.curves(picture)) is not None:
                     picture[:] = planes_of(picture, tables_of(curves)).transpose(1, 2, 0)
             self._first = densest(pictures)
@@ -196,16 +203,18 @@ class BackgroundDetector:
                 self._begin(pixels, frame)
                 return []
             self._begin(first, frame)
+        pixels = self._steady(pixels, FARTHEST if begins else STEP)
+        known = self._shifted(self._moved, -1)
         if self._reference.has_moved(pixels):
-            self._begin(pixels, frame)
+            self._begin(frame.pixels, frame)
             self._rest = STILL
             if not begins:
                 self._warn(frame, "camera", MOVES)
             return []
         planes = self._exposed(pixels)
-        mask = self._foreground(planes)
+        mask = self._foreground(planes, known)
         if np.count_nonzero(mask) > self.config.most * mask.size:
-            self._begin(pixels, frame)
+            self._begin(frame.pixels, frame)
             self._flooded += not begins
             if self._flooded == STILL:
                 self._warn(frame, "camera", MOVES)
@@ -215,14 +224,15 @@ class BackgroundDetector:
             return []
         self._flooded = 0
         mask = without_tremble(mask, planes, self._background)
-        self._memory.remember(mask, self._moved)
+        self._memory.remember(mask, known)
         if self._frames % LEARNED == 0:
-            learned = self._update.learned_from(planes, mask, frame.time, self._moved)
+            learned = self._update.learned_from(planes, mask, frame.time, known)
             self._model.learn(learned, min(LEARNED * self._rate, 1.0))
         if self._rest:
             self._rest -= 1
             return []
-        return [Detection(box) for box in self._objects(frame, mask)]
+        boxes = self._objects(frame, pixels, mask, known)
+        return [Detection(box) for box in self._shifted(boxes, 1)]
 
     def _begin(self, pixels: Bytes, frame: Frame) -> None:
         config, planes = self.config, planes_of(pixels)
@@ -231,6 +241,8 @@ class BackgroundDetector:
         self._update = SelectiveUpdate(planes, frame.time, config.trial, config.patience)
         self._model.begin(planes)
         self._background = Background(planes, self.config.noise)
+        self._sway = Sway()
+        self._sway.refer(planes[1])
         self._memory = ForegroundMemory()
         self._frames = 0
 
@@ -239,27 +251,39 @@ class BackgroundDetector:
         """The share of the frame that enters the background: more at the start."""
         return max(1 / (2 * (FIRST + self._frames)), 1 / self.config.history)
 
-    def _foreground(self, planes: Planes) -> Bytes:
+    def _foreground(self, planes: Planes, known: Sequence[Box]) -> Bytes:
         """Return the foreground without shadows, (H, W) of 0 and 1."""
         config = self.config
         if self._frames % RENEWED == 0:
             self._background = Background(self._model.picture(), config.noise)
+        if self._frames % LASTS == 0:
+            self._sway.refer(self._background.planes[1])
         self._frames += 1
         differs = self._model.foreground(planes)
         limits = LightLimits(config.shadow, HIGHLIGHT, TINT, TEXTURE)
         mask = without_light(differs, planes, self._background, limits)
-        return self._memory.added(with_enclosed(mask, differs), differs, self._moved)
+        return self._memory.added(with_enclosed(mask, differs), differs, known)
 
-    def _objects(self, frame: Frame, mask: Bytes) -> list[Box]:
+    def _objects(self, frame: Frame, pixels: Bytes, mask: Bytes, known: Sequence[Box]) -> list[Box]:
         """Return the boxes of the objects in the foreground."""
-        boxes = blobs(mask, self.config.least, self._moved)
+        boxes = blobs(mask, self.config.least, known)
         if boxes:
-            green, learned = frame.pixels[:, :, 1], self._background.planes[1]
+            green, learned = pixels[:, :, 1], self._background.planes[1]
             boxes = without_ghosts(boxes, mask, np.ascontiguousarray(green), learned)
         if len(boxes) > LIMIT:
             text = f"there are {len(boxes)} moving patches; only the {LIMIT} largest are taken"
             self._warn(frame, "flood", text)
         return boxes[:LIMIT]
+
+    def _steady(self, pixels: Bytes, step: int) -> Bytes:
+        """Return a frame as it would be if the camera did not sway."""
+        self._sway.find(pixels, step)
+        return moved(pixels, self._sway.shift, self._background.planes.transpose(1, 2, 0))
+
+    def _shifted(self, boxes: Sequence[Box], way: int) -> list[Box]:
+        """Return boxes as far from their places as the camera sways, to and fro."""
+        x, y = self._sway.shift
+        return [box._replace(x=box.x + way * x, y=box.y + way * y) for box in boxes]
 
     def _exposed(self, pixels: Bytes) -> Planes:
         """Return a frame with its usual brightness and contrast."""

@@ -1,0 +1,120 @@
+"""A camera that sways: how far its picture is shifted against the background, in whole pixels.
+
+On a pole or a bridge in the wind, by a hand that rests on a tripod, a picture moves by a few pixels
+and comes back. Then each edge of the background would be foreground.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TypeAlias
+
+import numpy as np
+
+from motes.core.types import Bytes
+from motes.mot.pairs import Integers
+
+Shift: TypeAlias = tuple[int, int]
+"""How far what a picture shows lies to the right of, and below, where the background shows it."""
+
+FARTHEST = 8
+"""Largest shift in x and y, in pixels; a camera that moves farther has another background."""
+STEP = 2
+"""Largest change of the shift from frame to frame, at first, in x and y; it may be repeated."""
+BLOCK = 16
+"""Width and height of the parts of the picture of which each gives the pixel with the strongest
+edge, so that no object has many of them."""
+EDGE = 20
+"""Least strength of an edge, the sum of its gradients in x and y, in gray levels per pixel."""
+FEWEST = 40
+"""Least number of pixels beside edges from which a shift is told."""
+LASTS = 50
+"""Frames for which a picture of the background is used."""
+MOST = 30
+"""Largest difference that counts, in gray levels; what differs by more is something else."""
+NOTICED = 1.0
+"""Least decrease of the misfit by a shift that is taken, in gray levels."""
+SURE = 5.0
+"""And least decrease in its own standard errors."""
+
+
+class Sway:
+    """Finds the shift at which a picture fits the background.
+
+    The misfit is the mean of the differences on both sides of strong edges, each up to `MOST`: so
+    moving objects, which hide some of them, do not make a shift fit better.
+
+    Attributes
+    ----------
+    shift
+        That of the last picture.
+    """
+
+    def __init__(self) -> None:
+        self.shift: Shift = (0, 0)
+        self._edges = self._colors = np.empty(0, np.int64)
+
+    def refer(self, background: Bytes) -> None:
+        """Take green of the background (H, W) as what pictures are compared with."""
+        self._edges = _edges(background)
+        self._colors = background.ravel()[self._edges].astype(np.int64)
+
+    def find(self, pixels: Bytes, step: int = STEP) -> None:
+        """Set the shift of the next picture (H, W, 3).
+
+        It is at most `step` pixels from the last one in x and y, or from a better one on the way.
+        """
+        if len(self._edges) < FEWEST:
+            return
+        stay = self._apart(pixels, np.array([self.shift]))[0]
+        around = np.indices((2 * step + 1, 2 * step + 1)).reshape(2, -1).T - step
+        best, left = self.shift, stay
+        while stay.mean() > NOTICED:
+            near = (around + best).clip(-FARTHEST, FARTHEST)
+            apart = self._apart(pixels, near)
+            least = apart.mean(axis=1).argmin()
+            if apart[least].mean() >= left.mean():
+                break
+            x, y = near[least].tolist()
+            best, left = (x, y), apart[least]
+        less = stay - left
+        if less.mean() > max(NOTICED, SURE * less.std() / math.sqrt(less.size)):
+            self.shift = best
+
+    def _apart(self, pixels: Bytes, shifts: Integers) -> Integers:
+        """Return how much a picture differs from the background at shifts (n, 2): (n, edges)."""
+        far = shifts[:, 1] * pixels.shape[1] + shifts[:, 0]
+        green = 3 * (self._edges + far[:, None]) + 1
+        out: Integers = np.minimum(np.abs(pixels.ravel()[green] - self._colors), MOST)
+        return out
+
+
+def moved(pixels: Bytes, shift: Shift, behind: Bytes) -> Bytes:
+    """Return a picture (H, W, 3) without its shift; what it does not show is as in that behind."""
+    x, y = shift
+    if x == y == 0:
+        return pixels
+    height, width = pixels.shape[:2]
+    out = behind.copy()
+    out[max(-y, 0) : height - max(y, 0), max(-x, 0) : width - max(x, 0)] = pixels[
+        max(y, 0) : height + min(y, 0), max(x, 0) : width + min(x, 0)
+    ]
+    return out
+
+
+def _edges(picture: Bytes) -> Integers:
+    """Return flat indices of both sides of the strongest edge of each block of a gray picture."""
+    (height, width), margin = picture.shape, FARTHEST
+    rows, columns = ((side - 2 * margin - 1) // BLOCK for side in (height, width))
+    if rows < 1 or columns < 1:
+        return np.empty(0, np.int64)
+    inner = picture[margin : height - margin, margin : width - margin].astype(np.int16)
+    down, right = np.diff(inner, axis=0), np.diff(inner, axis=1)
+    here = slice(rows * BLOCK), slice(columns * BLOCK)
+    strength = np.abs(down[here]) + np.abs(right[here])
+    blocks = strength.reshape(rows, BLOCK, columns, BLOCK).swapaxes(1, 2).reshape(-1, BLOCK**2)
+    strongest = blocks.argmax(axis=1)
+    y, x = np.divmod(np.arange(len(blocks)), columns)
+    y, x = margin + y * BLOCK + strongest // BLOCK, margin + x * BLOCK + strongest % BLOCK
+    first = (y * width + x)[blocks.max(axis=1) >= EDGE]
+    return np.concatenate([first, first + width + 1])
