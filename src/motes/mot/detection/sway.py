@@ -52,19 +52,19 @@ class Sway:
 
     def __init__(self) -> None:
         self.shift: Shift = (0, 0)
-        self._edges = self._colors = np.empty(0, np.int64)
+        self._rows = self._columns = self._colors = np.empty(0, np.int64)
 
     def refer(self, background: Bytes) -> None:
         """Take green of the background (H, W) as what pictures are compared with."""
-        self._edges = _edges(background)
-        self._colors = background.ravel()[self._edges].astype(np.int64)
+        self._rows, self._columns = _edges(background)
+        self._colors = background[self._rows, self._columns].astype(np.int64)
 
     def find(self, pixels: Bytes, step: int = STEP) -> None:
         """Set the shift of the next picture (H, W, 3).
 
         It is at most `step` pixels from the last one in x and y, or from a better one on the way.
         """
-        if len(self._edges) < FEWEST:
+        if len(self._colors) < FEWEST:
             return
         stay = self._apart(pixels, np.array([self.shift]))[0]
         around = np.indices((2 * step + 1, 2 * step + 1)).reshape(2, -1).T - step
@@ -83,9 +83,9 @@ class Sway:
 
     def _apart(self, pixels: Bytes, shifts: Integers) -> Integers:
         """Return how much a picture differs from the background at shifts (n, 2): (n, edges)."""
-        far = shifts[:, 1] * pixels.shape[1] + shifts[:, 0]
-        green = 3 * (self._edges + far[:, None]) + 1
-        out: Integers = np.minimum(np.abs(pixels.ravel()[green] - self._colors), MOST)
+        x, y = shifts[:, :1], shifts[:, 1:]
+        green = pixels[self._rows + y, self._columns + x, 1]
+        out: Integers = np.minimum(np.abs(green - self._colors), MOST)
         return out
 
 
@@ -102,12 +102,12 @@ def moved(pixels: Bytes, shift: Shift, behind: Bytes) -> Bytes:
     return out
 
 
-def _edges(picture: Bytes) -> Integers:
-    """Return flat indices of both sides of the strongest edge of each block of a gray picture."""
+def _edges(picture: Bytes) -> tuple[Integers, Integers]:
+    """Return rows and columns of both sides of the strongest edge of each block of a picture."""
     (height, width), margin = picture.shape, FARTHEST
     rows, columns = ((side - 2 * margin - 1) // BLOCK for side in (height, width))
     if rows < 1 or columns < 1:
-        return np.empty(0, np.int64)
+        return np.empty(0, np.int64), np.empty(0, np.int64)
     inner = picture[margin : height - margin, margin : width - margin].astype(np.int16)
     down, right = np.diff(inner, axis=0), np.diff(inner, axis=1)
     here = slice(rows * BLOCK), slice(columns * BLOCK)
@@ -116,5 +116,5 @@ def _edges(picture: Bytes) -> Integers:
     strongest = blocks.argmax(axis=1)
     y, x = np.divmod(np.arange(len(blocks)), columns)
     y, x = margin + y * BLOCK + strongest // BLOCK, margin + x * BLOCK + strongest % BLOCK
-    first = (y * width + x)[blocks.max(axis=1) >= EDGE]
-    return np.concatenate([first, first + width + 1])
+    y, x = (each[blocks.max(axis=1) >= EDGE] for each in (y, x))
+    return np.concatenate([y, y + 1]), np.concatenate([x, x + 1])
