@@ -29,7 +29,7 @@ from motes.cli import main
 from motes.cli.app import commands
 from motes.cli.frame_loop import Moment
 from motes.cli.help import Help
-from motes.cli.track_frames import TargetTally
+from motes.cli.track_frames import ObjectsTally, TargetTally
 from motes.core.errors import SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
@@ -167,13 +167,20 @@ def test_nothing_is_overwritten_unasked(go: Go) -> None:
 
 @pytest.mark.parametrize(("frames", "said"), [(25, False), (26, True)])
 def test_who_was_away_for_long_may_be_another(frames: int, said: bool) -> None:
-    tally = TargetTally()
+    tally, several = TargetTally(), ObjectsTally(2)
     pixels = np.zeros((9, 9, 3), np.uint8)
     states = [Status.TRACKING, Status.LOST, *[Status.SEARCHING] * (frames - 1), Status.TRACKING]
     for i, status in enumerate(states):
         track = Track(i, i / 25, Ellipse(4, 4, 2, 2, 0), status=status)
         tally.add(Moment(Frame(i, i / 25, pixels), [track], StepInfo(track)))
-    assert ("look whether it is the same one" in str(tally)) is said
+        other = Track(i, i / 25, Ellipse(4, 4, 2, 2, 0), status=Status.TRACKING)
+        several.add(Moment(Frame(i, i / 25, pixels), [other, track]))
+    changes = f"lost at frame 1, found at frame {frames + 1}"
+    if said:
+        changes += ", found after more than a second, look whether it is the same one"
+    assert str(tally).endswith(changes)
+    assert "object 1 tracked in 100.0 %, object 2 tracked in" in str(several)
+    assert f" % ({changes}), trackers" in str(several)
 
 
 @pytest.mark.slow

@@ -120,6 +120,40 @@ def say_alone(film: Source) -> None:
         )
 
 
+class Changes:
+    """In how many frames an object was tracked, and when it was lost and found again."""
+
+    def __init__(self) -> None:
+        self.tracked = 0
+        self._told: list[str] = []
+        self._last: Status | None = None
+        self._lost_since: float | None = None
+        self._away = 0.0
+
+    def add(self, track: Track) -> None:
+        """Count a frame."""
+        last, self._last = self._last, track.status
+        self.tracked += track.status is Status.TRACKING
+        if last is None:
+            return
+        if track.status is Status.LOST:
+            self._told.append(f"lost at frame {track.frame}")
+            self._lost_since = track.time
+        elif track.status is Status.TRACKING and last is not Status.TRACKING:
+            self._told.append(f"found at frame {track.frame}")
+            if self._lost_since is not None:
+                self._away = max(self._away, track.time - self._lost_since)
+
+    def told(self) -> list[str]:
+        """Return what is said of it at the end."""
+        told = self._told[:EVENTS]
+        if len(self._told) > EVENTS:
+            told.append(f"{len(self._told) - EVENTS} more changes")
+        if self._away > 1:
+            told.append("found after more than a second, look whether it is the same one")
+        return told
+
+
 class TargetTally(Tally):
     """Statistics of a run with one object.
 
@@ -132,19 +166,17 @@ class TargetTally(Tally):
     def __init__(self, *, budget: bool = False) -> None:
         super().__init__()
         self._budget = budget
-        self._tracked = self._updates = self._particles = 0
+        self._updates = self._particles = 0
         self._seconds = 0.0
         self._range = (sys.maxsize, 0)
         self._before: Moment | None = None
-        self._events: list[str] = []
-        self._lost_since: float | None = None
-        self._away = 0.0
-        self._changes, self._cuts = PictureChanges(), list[str]()
+        self._target = Changes()
+        self._pictures, self._cuts = PictureChanges(), list[str]()
 
     @property
     def missing(self) -> str | None:
         """What to say if the target was never tracked."""
-        if self._tracked:
+        if self._target.tracked:
             return None
         return "The target was never found; look for another one, or elsewhere."
 
@@ -152,31 +184,20 @@ class TargetTally(Tally):
         """Count a frame; return the state of the target."""
         super().add(moment)
         status = moment.target.status
-        self._tracked += status is Status.TRACKING
-        if self._changes.update(moment.frame) == "cut":
+        self._target.add(moment.target)
+        if self._pictures.update(moment.frame) == "cut":
             self._cuts.append(str(moment.frame.index))
-        if self._before is not None:
-            if self._before.info is not None:  # the first frame includes the start
-                self._updates += 1
-                self._seconds += moment.seconds
-                count = len((moment.info or self._before.info).weights)
-                self._particles += count
-                self._range = min(self._range[0], count), max(self._range[1], count)
-            if moment.target.status is Status.LOST:
-                self._events.append(f"lost at frame {moment.frame.index}")
-                self._lost_since = moment.frame.time
-            if (
-                moment.target.status is Status.TRACKING
-                and self._before.target.status is not Status.TRACKING
-            ):
-                self._events.append(f"found at frame {moment.frame.index}")
-                if self._lost_since is not None:
-                    self._away = max(self._away, moment.frame.time - self._lost_since)
+        if self._before is not None and self._before.info is not None:
+            self._updates += 1  # the first frame includes the start
+            self._seconds += moment.seconds
+            count = len((moment.info or self._before.info).weights)
+            self._particles += count
+            self._range = min(self._range[0], count), max(self._range[1], count)
         self._before = moment
         return f"{status} {moment.target.confidence:.2f}" if moment.info else status
 
     def __str__(self) -> str:
-        parts = [super().__str__(), f"tracked in {100 * self._tracked / self.frames:.1f} %"]
+        parts = [super().__str__(), f"tracked in {100 * self._target.tracked / self.frames:.1f} %"]
         if self._updates:
             parts.append(f"tracker {1000 * self._seconds / self._updates:.2f} ms a frame")
         if self._updates and self._budget:
@@ -185,12 +206,7 @@ class TargetTally(Tally):
             parts.append(varied if least < most else f"{most} particles")
         if self._cuts:
             parts.append(f"in doubt from the film's cut at frame {' and '.join(self._cuts)} on")
-        parts += self._events[:EVENTS]
-        if len(self._events) > EVENTS:
-            parts.append(f"{len(self._events) - EVENTS} more changes")
-        if self._away > 1:
-            parts.append("found after more than a second, look whether it is the same one")
-        return ", ".join(parts)
+        return ", ".join(parts + self._target.told())
 
 
 class ObjectsTally(Tally):
@@ -204,24 +220,25 @@ class ObjectsTally(Tally):
 
     def __init__(self, objects: int) -> None:
         super().__init__()
-        self._tracked = [0] * objects
+        self._each = [Changes() for _ in range(objects)]
         self._seconds = 0.0
 
     def add(self, moment: Moment) -> str:
         """Count a frame; return how many objects are tracked."""
         if self.frames:  # the first frame includes the start
             self._seconds += moment.seconds
-        seen = [each.status is Status.TRACKING for each in moment.tracks]
         super().add(moment)
-        self._tracked = [count + here for count, here in zip(self._tracked, seen, strict=True)]
+        for each, track in zip(self._each, moment.tracks, strict=True):
+            each.add(track)
+        seen = [each.status is Status.TRACKING for each in moment.tracks]
         return f"{sum(seen)} of {len(seen)} tracked"
 
     def __str__(self) -> str:
         parts = [super().__str__()]
-        parts += [
-            f"object {i} tracked in {100 * count / self.frames:.1f} %"
-            for i, count in enumerate(self._tracked, start=1)
-        ]
+        for i, each in enumerate(self._each, start=1):
+            parts.append(f"object {i} tracked in {100 * each.tracked / self.frames:.1f} %")
+            if told := each.told():
+                parts[-1] += f" ({', '.join(told)})"
         if self.frames > 1:
             parts.append(f"trackers {1000 * self._seconds / (self.frames - 1):.2f} ms a frame")
         return ", ".join(parts)
