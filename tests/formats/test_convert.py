@@ -480,6 +480,19 @@ def test_files_made_of_rows_have_the_names_of_a_folders_images(go: Tell, rows: s
     assert sorted(path.stem for path in Path("masks").iterdir()) == names
 
 
+@pytest.mark.parametrize("target", ["a.json", "a.yolo"])
+def test_names_of_images_that_are_made_up_are_said(go: Tell, target: str) -> None:
+    """Rows of a folder of images do not hold their names."""
+    film(["b7", "b8", "b9"])
+    assert go("track film --init 5,5,20,20 --start 1 -o own.csv")[0] == 0
+    code, said = go(f"convert own.csv {target}")
+    assert code == 0
+    assert f"are called frame_000001.png and so on in {target}; give --video FOLDER" in said
+    code, said = go(f"convert own.csv {target} --video film --overwrite")
+    assert (code, "frame_000001" in said) == (0, False)
+    assert "frame_000" not in go("convert own.csv own.xml")[1]
+
+
 @pytest.mark.parametrize("step", [1, 10])
 def test_labels_belong_to_the_images_of_their_names(go: Tell, step: int) -> None:
     """The numbers in the names count from 1, or by tens; the frames are 0 to 5."""

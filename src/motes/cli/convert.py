@@ -167,6 +167,13 @@ def convert(
     if recorded.assumed and video is None and TIMES in written.holds:
         log(f"{rows} has no times, 25 frames a second are assumed; give --fps or --video.")
     say_how_to_train(target, form, recorded)
+    film = "" if known is None or facts.files else known.film
+    if form in ("coco", "yolo") and film and recorded.frames and _of_images(film):
+        first = f"frame_{recorded.frames[0].frame:06d}.png"
+        log(
+            f"the images of {film} are called {first} and so on in {target}; give --video "
+            f"FOLDER for their own names."
+        )
     if lost := registry.lost(aspects(recorded), source, form):
         log(f"{form} does not hold {', '.join(lost)}; {rows} has them.")
     if form in ("mot", "mot-truth") and (others := mot.numberless(recorded)):
@@ -174,6 +181,13 @@ def convert(
         named = ", ".join(map(repr, others[:SAID]))
         log(f"{form} has no class {named}{more}; it writes -1.")
     return DONE
+
+
+def _of_images(film: str) -> bool:
+    """Return whether a film is a folder or a pattern of images, by its name."""
+    from motes.video.image_files import IMAGE_ENDINGS
+
+    return Path(film).suffix.lower() in {"", *IMAGE_ENDINGS}
 
 
 def _table() -> list[str]:
