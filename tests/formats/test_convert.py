@@ -573,3 +573,15 @@ def test_guesses_are_not_exported_as_seen(go: Tell, target: str) -> None:
     assert shown(target) == SEEN
     assert "guess" not in go(f"{made} --with-guesses")[1]
     assert shown(target) == [*range(5)]
+
+
+def test_a_frame_of_objects_alone_that_do_not_count_is_no_empty_example(go: Tell) -> None:
+    """Flag 0 marks them in a truth; in frame 2 one stands beside another that counts."""
+    rows = "1,1,9,9,20,40,1,1,1", "2,1,9,9,20,40,0,1,1", "3,1,9,9,20,40,1,1,1", "3,2,99,9,9,9,0,8,1"
+    Path("gt.txt").write_text("\n".join(rows) + "\n")
+    code, said = go("convert gt.txt a.yolo --size 320x240")
+    assert code == 0
+    assert "with 2 of the 3 frames in gt.txt; in the others a target is lost or" in said
+    texts = {path.stem: path.read_text() for path in Path("a.yolo/labels").glob("*.txt")}
+    lines = {stem: len(text.splitlines()) for stem, text in texts.items()}
+    assert lines == {"frame_000000": 1, "frame_000002": 1}
