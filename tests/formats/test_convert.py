@@ -201,6 +201,20 @@ def test_an_object_goes_on_between_keyframes(go: Tell) -> None:
     assert boxes_back(go, "a.xml") == [*range(8)]
 
 
+def test_an_object_goes_on_between_images_that_were_picked(go: Tell) -> None:
+    """Nobody has looked in between; in the image of frame 20 it is not."""
+    lines = [f"{frame},1,{9 + frame},9,20,20" for frame in (0, 7, 10, 31)] + ["20,2,99,9,20,20"]
+    Path("a.csv").write_text("\n".join(["frame,id,left,top,width,height", *lines, ""]))
+    assert go("convert a.csv a.json --size 320x240")[0] == 0
+    assert go("convert a.json a.xml")[0] == 0
+    track = ElementTree.parse("a.xml").findall("track")[0]
+    boxes = {int(each.attrib["frame"]): each.get("outside") for each in track.findall("box")}
+    assert [frame for frame, outside in boxes.items() if outside == "1"] == [20]
+    assert go("convert a.xml a.yolo")[0] == 0
+    for frame in range(11):
+        assert Path(f"a.yolo/labels/frame_{frame:06d}.txt").read_text()
+
+
 def test_two_images_of_one_name_have_no_labels(go: Tell) -> None:
     film(range(2))
     Image.open("film/1.png").save("film/1.bmp")

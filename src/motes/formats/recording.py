@@ -227,6 +227,15 @@ def stride_of(frames: Sequence[int]) -> int:
     return math.gcd(*(two - one for one, two in pairwise(frames))) if len(frames) > 2 else 1
 
 
+def are_samples(frames: Sequence[int]) -> bool:
+    """Return whether frames in order are picked from a film one by one.
+
+    The smallest distance between two is then more than their stride: nobody has looked in between.
+    """
+    apart = min((two - one for one, two in pairwise(frames)), default=0)
+    return apart > stride_of(frames)
+
+
 def _rate(known: Mapping[int, float]) -> float | None:
     """Return the frames per second of the times of frames; None if they do not tell it."""
     first, last = min(known, default=0), max(known, default=0)
