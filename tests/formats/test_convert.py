@@ -341,6 +341,27 @@ def test_times_after_the_end_of_the_film_are_refused(go: Tell) -> None:
     assert go("convert a.csv c.csv --video film")[0] == 0
 
 
+def test_no_advice_on_times_in_milliseconds_leads_back(go: Tell) -> None:
+    """That on --fps does not help, but that on the column does."""
+    film(range(3))
+    rows = [f"{frame},{40 * frame},9,9,20,20" for frame in range(3)]
+    Path("a.csv").write_text("\n".join(["frame,time,left,top,width,height", *rows, ""]))
+    assert go("convert a.csv whole.csv")[0] == 0
+    for line in (
+        "draw film a.csv -o a.mkv",
+        "draw film a.csv -o a.mkv --fps 25",
+        "check film whole.csv",
+    ):
+        code, said = go(line)
+        assert (code, "or correct the column time, in seconds." in said) == (3, True), said
+    code, said = go("convert a.csv b.csv --fps 25")
+    assert (code, "omit it, or remove these times from a copy." in said) == (2, True), said
+    rows = [f"{frame},9,9,20,20" for frame in range(3)]
+    Path("a.csv").write_text("\n".join(["frame,left,top,width,height", *rows, ""]))
+    assert go("draw film a.csv -o a.mkv --fps 25")[0] == 0
+    assert go("convert a.csv b.csv --fps 25")[0] == 0
+
+
 def test_what_is_remembered_beside_other_rows_is_not_replaced_unasked(go: Tell) -> None:
     film(range(3))
     assert go("track film --init 20,10,16,20 --preset nummiaro -o a.csv")[0] == 0

@@ -269,7 +269,10 @@ def _checked(recorded: Recording, rows: Path, facts: FilmFacts, fps: float | Non
     """
     later = [row for row in recorded if row.frame]
     if fps and later and all(abs(row.time - facts.time(row.frame)) > 1e-6 for row in later):
-        raise ConfigError(f"--fps is {fps:g}, and {rows} has times of its own; omit it.")
+        raise ConfigError(
+            f"--fps is {fps:g}, and {rows} has times of its own, in seconds; omit it, or remove "
+            f"these times from a copy."
+        )
     head = recorded.head
     if facts.width and head.width and (head.width, head.height) != (facts.width, facts.height):
         raise SourceError(
