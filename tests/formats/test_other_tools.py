@@ -320,7 +320,7 @@ def test_a_project_of_one_task_is_read(tmp_path: Path) -> None:
 
 
 def yolo(folder: Path, names: str, **texts: str) -> Path:
-    (folder / "labels").mkdir()
+    (folder / "labels").mkdir(parents=True)
     (folder / "data.yaml").write_text(names)
     for name, text in texts.items():
         (folder / "labels" / f"{name.replace('__', '.')}.txt").write_text(text)
@@ -374,6 +374,19 @@ def test_labels_of_a_set_for_training(tmp_path: Path) -> None:
             assert (row.frame, row.objects[0].label) == (3, "person")
     with pytest.raises(SourceError, match="its labels are in train and val; give one of"):
         registry.read(folder, "yolo", FILM)
+
+
+def test_labels_in_folders_below_are_not_lost_unsaid(tmp_path: Path) -> None:
+    """A film of the same name may be in each, as Roboflow has `train/labels` and `valid/labels`."""
+    folder = yolo(tmp_path, "", n_7=LINE)
+    (folder / "labels" / "late").mkdir()
+    (folder / "labels" / "late" / "n_8.txt").write_text(LINE)
+    found = registry.read(folder, "yolo", FILM)
+    assert [frames(found), found.left_out] == [[6], ["the texts in its folder late"]]
+    for part in ("train", "valid"):
+        yolo(folder / "set" / part, "", n_7=LINE)
+    with pytest.raises(SourceError, match="in train/labels and valid/labels; give one of these"):
+        registry.read(folder / "set", "yolo", FILM)
 
 
 def _coco(*names: str | dict[str, Any], **more: Any) -> Any:
