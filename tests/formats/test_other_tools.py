@@ -343,6 +343,17 @@ def test_names_of_classes_in_yaml(names: str, tmp_path: Path) -> None:
     assert [each.label for row in found for each in row.objects] == ["a, b"]
 
 
+def test_names_of_classes_have_no_spaces_around_them(tmp_path: Path) -> None:
+    """As CVAT writes them for Darknet, after others have edited them."""
+    (tmp_path / "obj.names").write_bytes(b"car\r\nperson \r\n")
+    (tmp_path / "obj_train_data").mkdir()
+    (tmp_path / "obj_train_data" / "frame_000000.txt").write_text(LINE)
+    found = registry.read(tmp_path / "obj_train_data", "yolo", FILM)
+    assert [each.label for row in found for each in row.objects] == ["person"]
+    with pytest.raises(SourceError, match="its labels are in obj_train_data; give that folder"):
+        registry.read(tmp_path, "yolo", FILM)
+
+
 def test_names_with_times_are_of_one_film(tmp_path: Path) -> None:
     texts = {f"cam-10-00-0{i}_000{i}a": LINE for i in (1, 2)}
     assert frames(registry.read(yolo(tmp_path, "", **texts), "yolo", FILM)) == [1, 2]

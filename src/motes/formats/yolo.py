@@ -124,7 +124,8 @@ def read(path: Path, facts: FilmFacts) -> Recording:
         )
     if not stems:
         if parts := _parts(path):
-            raise FormatError(f"its labels are in {' and '.join(parts)}; give one of these folders")
+            which = "one of these folders" if len(parts) > 1 else "that folder"
+            raise FormatError(f"its labels are in {' and '.join(parts)}; give {which}")
         raise FormatError("it has no labels; they are texts with the number of a frame, .txt")
     notes = note_on_names(stems.values(), facts)
     if either:
@@ -200,7 +201,8 @@ def _names(folder: Path) -> dict[int, str]:
     """Return the names of the classes, by number."""
     for place in (folder / CLASSES, folder.parent / CLASSES, folder.parent / DARKNET):
         if place.is_file():
-            return dict(enumerate(lines_of(read_text(place, FormatError))))
+            lines = lines_of(read_text(place, FormatError))
+            return {number: name.strip() for number, name in enumerate(lines)}
     for place in (folder / NAMES, folder.parent / NAMES, folder.parent.parent / NAMES):
         if place.is_file():
             with at(place.name):
