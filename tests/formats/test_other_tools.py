@@ -374,6 +374,22 @@ def test_labels_that_are_named_like_another_film(tmp_path: Path, name: str, note
     assert [*found.notes] == said * noted
 
 
+@pytest.mark.parametrize("name", ["{}", "street_{}", "frame_{:06d}"])
+@pytest.mark.parametrize("film", [FilmFacts(width=320, height=240), FILM])
+@pytest.mark.parametrize("first", [0, 1])
+def test_that_frames_count_from_0_is_said_where_numbers_count_from_1(
+    tmp_path: Path, name: str, film: FilmFacts, first: int
+) -> None:
+    """As image sequences do, and Ultralytics where its film is not given."""
+    texts = {name.format(number): LINE for number in range(first, first + 3)}
+    found = registry.read(yolo(tmp_path, "", **texts), "yolo", film)
+    assert frames(found) == [*range(first, first + 3)]
+    assert any("frames are the numbers in its names" in each for each in found.notes) is (
+        first == 1
+    )
+    assert not any("unknown" in note for note in found.notes)
+
+
 def test_labels_of_a_set_for_training(tmp_path: Path) -> None:
     """Ultralytics and CVAT have them in `labels/train` and `labels/val`."""
     folder = yolo(tmp_path, "names: [x, person]\n")

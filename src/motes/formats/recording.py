@@ -23,6 +23,8 @@ MOST_FRAMES = 1_000_000
 """Frames in a row that a file may leave out at most; more than nine hours of film."""
 LABEL = "object"
 """Default class of the objects."""
+UNKNOWN = "unknown"
+"""The name of a film that is not given."""
 ANONYMOUS = -1
 """Identity of a detection: which object it shows is not known."""
 
@@ -178,7 +180,7 @@ class Recording:
 class FilmFacts:
     """What is known of the film that a file belongs to, as most formats do not hold it."""
 
-    source: str = "unknown"
+    source: str = UNKNOWN
     """The film's name."""
     width: int = 0
     height: int = 0

@@ -128,6 +128,12 @@ def read(path: Path, facts: FilmFacts) -> Recording:
             raise FormatError(f"its labels are in {' and '.join(parts)}; give {which}")
         raise FormatError("it has no labels; they are texts with the number of a frame, .txt")
     notes = note_on_names(stems.values(), facts)
+    shifted = from_one and any(map(theirs.fullmatch, stems.values()))
+    if not images and not shifted and min(stems) == 1:
+        notes.append(
+            "frames are the numbers in its names, from 0; if these count from 1, give --video: the "
+            "folder of the images, or the film that they are named after."
+        )
     if either:
         taken = "identities" if tracked else "confidences"
         notes.append(f"the sixth numbers of its lines, 0 or 1, are read as {taken}.")
