@@ -74,6 +74,13 @@ def test_pages_load_nothing_from_other_hosts(site: Path) -> None:
 
 
 @pytest.mark.slow
+def test_the_page_of_commands_does_not_depend_on_how_the_site_is_built(site: Path) -> None:
+    text = (site / "reference" / "cli.html").read_text(encoding="utf-8")
+    assert "motes network get [OPTIONS] NAME" in text
+    assert "-m mkdocs" not in text
+
+
+@pytest.mark.slow
 def test_links_between_the_two_sites_hold(site: Path) -> None:
     found = 0
     for path in site.rglob("*.html"):

@@ -6,8 +6,10 @@ mkdocs calls `on_files` as a hook (mkdocs.yml).
 from __future__ import annotations
 
 import importlib
+import sys
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
+from unittest.mock import patch
 
 import griffe
 from mkdocs.config.defaults import MkDocsConfig
@@ -104,11 +106,14 @@ def api_page() -> str:
 
 def cli_page() -> str:
     """Return what cyclopts writes about the commands, as a page of the site."""
+    # Subcommands show the name of the process, of which only the first word is then replaced.
+    with patch.object(sys, "argv", ["motes"]):
+        texts = [
+            (each.name[0], each.generate_docs(recursive=True, heading_level=1))
+            for each in (commands([]), lab_app)
+        ]
     # The page has its own head and contents.
-    motes, lab = (
-        each.generate_docs(recursive=True, heading_level=1).partition(f"\n## {each.name[0]} ")
-        for each in (commands([]), lab_app)
-    )
+    motes, lab = (text.partition(f"\n## {name} ") for name, text in texts)
     codes = EXIT_CODES.partition("\n")[2]
     return (
         f"{CLI_HEAD}## motes {motes[2]}\n## motes-lab {lab[2]}\n"

@@ -288,6 +288,33 @@ def test_every_format_that_is_written_is_read_back(
         page.do("remove_object", object=new)
 
 
+def test_objects_of_a_file_keep_their_classes_and_get_no_other(
+    client: httpx.Client, session: str, both: Both
+) -> None:
+    def back(*rows: str) -> tuple[list[str], set[str]]:
+        """Return the names of the objects of a file, and the classes of an export."""
+        lines = ["frame,id,left,top,width,height,label", *rows, ""]
+        address = f"/api/sessions/{session}/import?name=street.csv"
+        answer = client.post(address, content="\n".join(lines))
+        assert answer.status_code == 201, answer.text
+        names, new = [], answer.json()["objects"]
+        for each in new:
+            both.page.until(lambda each=each: both.page.has(each))  # type: ignore[misc]
+            names.append(both.page.item(each).name)
+        document = both.get(
+            "export", format="coco", **({"object": new[0]} if len(new) == 1 else {})
+        )
+        for each in new:
+            both.page.do("remove_object", object=each)
+        return names, {each["name"] for each in document.json()["categories"]}
+
+    (name,), classes = back("0,4,5,5,9,9,", "1,4,6,5,9,9,")
+    assert (exports.DEFAULT_NAME.fullmatch(name) is not None, classes) == (True, {"object"})
+    assert back("0,4,5,5,9,9,car") == (["car"], {"car"})
+    several = back("0,4,5,5,9,9,car", "0,7,25,5,9,9,")
+    assert several == (["car (4)", "object (7)"], {"car", "object"})
+
+
 BAD_FILES = (
     ("a.zip", zipped({"1.txt": LABELS, "2.txt": LABELS}), "several boxes"),
     ("a.zip", zipped({"1.txt": bytes(1 << 21)}), "more than"),

@@ -260,6 +260,11 @@ def test_help_shows_what_people_use_and_help_all_the_rest(go: Go, command: str) 
             5,
             "No space left on device; make room",
         ),
+        (
+            "watch -o r.csv -- --end",
+            3,
+            "There is no file or folder --end; an option comes before --.",
+        ),
         ("track none.mp4 --init BOX", 3, "There is no file or folder none.mp4; check the name"),
         ("track images/%05d.png --init BOX", 3, "images/%05d.png; a pattern has [*]"),
         ("track -dash.mp4 --init BOX", 2, "no option -dash.mp4; for the file write ./-dash.mp4"),

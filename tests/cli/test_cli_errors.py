@@ -39,6 +39,8 @@ def go(film: Path, here: Path, capfd: pytest.CaptureFixture[str]) -> Tell:
     ("line", "said"),
     [
         ("track -- -dash.mkv --init 1,2,9,9", "--init is an option; write it before --."),
+        ("watch -- --end 5", "--end is an option; write it before --."),
+        ("watch film.mkv -- --end 5", "--end is an option; write it before --."),
         ("track --end 3 -- -dash.mkv -o=r.csv", "-o is an option; write it before --."),
         ("track -- -dash.mkv --reverse", "Unknown option: --reverse. Did you mean --resume?"),
         ("track film.mkv --reverse", "Unknown option: --reverse. Did you mean --resume?"),

@@ -193,7 +193,10 @@ if __name__ == "__main__":
 def test_no_worker_outlives_its_program(
     tmp_path: Path, number: int, method: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Nor does what the worker has started, nor its folder; only the program has Ctrl-C."""
+    """Nor do the process that it is a copy of, what it has started, and its folder.
+
+    Only the program has Ctrl-C.
+    """
     (tmp_path / "program.py").write_text(PROGRAM)
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(sys.path))
     program = subprocess.Popen(
@@ -201,12 +204,15 @@ def test_no_worker_outlives_its_program(
     )
     wait_until((tmp_path / "note").exists)
     worker, started, scratch = (tmp_path / "note").read_text().split()
+    copied = int(Path(f"/proc/{worker}/stat").read_text().rpartition(")")[2].split()[1])
+    assert (copied == program.pid) is (method == "spawn")
     os.kill(int(worker), signal.SIGINT)
     time.sleep(0.1)
     assert runs(int(worker))
     program.send_signal(number)
     program.wait()
-    wait_until(lambda: not runs(int(worker)) and not runs(int(started)))
+    for each in (copied, int(worker), int(started)):
+        wait_until(lambda each=each: not runs(each))  # type: ignore[misc]
     wait_until(lambda: not Path(scratch).exists())
 
 

@@ -201,6 +201,20 @@ def test_an_object_goes_on_between_keyframes(go: Tell) -> None:
     assert boxes_back(go, "a.xml") == [*range(8)]
 
 
+def test_an_object_goes_on_between_images_that_were_picked(go: Tell) -> None:
+    """Nobody has looked in between; in the image of frame 20 it is not."""
+    lines = [f"{frame},1,{9 + frame},9,20,20" for frame in (0, 7, 10, 31)] + ["20,2,99,9,20,20"]
+    Path("a.csv").write_text("\n".join(["frame,id,left,top,width,height", *lines, ""]))
+    assert go("convert a.csv a.json --size 320x240")[0] == 0
+    assert go("convert a.json a.xml")[0] == 0
+    track = ElementTree.parse("a.xml").findall("track")[0]
+    boxes = {int(each.attrib["frame"]): each.get("outside") for each in track.findall("box")}
+    assert [frame for frame, outside in boxes.items() if outside == "1"] == [20]
+    assert go("convert a.xml a.yolo")[0] == 0
+    for frame in range(11):
+        assert Path(f"a.yolo/labels/frame_{frame:06d}.txt").read_text()
+
+
 def test_two_images_of_one_name_have_no_labels(go: Tell) -> None:
     film(range(2))
     Image.open("film/1.png").save("film/1.bmp")
@@ -325,6 +339,27 @@ def test_times_after_the_end_of_the_film_are_refused(go: Tell) -> None:
     assert "a.csv has times up to 360, in seconds, but the film's last frame is at 0.36;" in said
     film(range(10))  # of which no times are known
     assert go("convert a.csv c.csv --video film")[0] == 0
+
+
+def test_no_advice_on_times_in_milliseconds_leads_back(go: Tell) -> None:
+    """That on --fps does not help, but that on the column does."""
+    film(range(3))
+    rows = [f"{frame},{40 * frame},9,9,20,20" for frame in range(3)]
+    Path("a.csv").write_text("\n".join(["frame,time,left,top,width,height", *rows, ""]))
+    assert go("convert a.csv whole.csv")[0] == 0
+    for line in (
+        "draw film a.csv -o a.mkv",
+        "draw film a.csv -o a.mkv --fps 25",
+        "check film whole.csv",
+    ):
+        code, said = go(line)
+        assert (code, "or correct the column time, in seconds." in said) == (3, True), said
+    code, said = go("convert a.csv b.csv --fps 25")
+    assert (code, "omit it, or remove these times from a copy." in said) == (2, True), said
+    rows = [f"{frame},9,9,20,20" for frame in range(3)]
+    Path("a.csv").write_text("\n".join(["frame,left,top,width,height", *rows, ""]))
+    assert go("draw film a.csv -o a.mkv --fps 25")[0] == 0
+    assert go("convert a.csv b.csv --fps 25")[0] == 0
 
 
 def test_what_is_remembered_beside_other_rows_is_not_replaced_unasked(go: Tell) -> None:
@@ -586,3 +621,15 @@ def test_guesses_are_not_exported_as_seen(go: Tell, target: str) -> None:
     assert shown(target) == SEEN
     assert "guess" not in go(f"{made} --with-guesses")[1]
     assert shown(target) == [*range(5)]
+
+
+def test_a_frame_of_objects_alone_that_do_not_count_is_no_empty_example(go: Tell) -> None:
+    """Flag 0 marks them in a truth; in frame 2 one stands beside another that counts."""
+    rows = "1,1,9,9,20,40,1,1,1", "2,1,9,9,20,40,0,1,1", "3,1,9,9,20,40,1,1,1", "3,2,99,9,9,9,0,8,1"
+    Path("gt.txt").write_text("\n".join(rows) + "\n")
+    code, said = go("convert gt.txt a.yolo --size 320x240")
+    assert code == 0
+    assert "with 2 of the 3 frames in gt.txt; in the others a target is lost or" in said
+    texts = {path.stem: path.read_text() for path in Path("a.yolo/labels").glob("*.txt")}
+    lines = {stem: len(text.splitlines()) for stem, text in texts.items()}
+    assert lines == {"frame_000000": 1, "frame_000002": 1}

@@ -320,7 +320,7 @@ def test_a_project_of_one_task_is_read(tmp_path: Path) -> None:
 
 
 def yolo(folder: Path, names: str, **texts: str) -> Path:
-    (folder / "labels").mkdir()
+    (folder / "labels").mkdir(parents=True)
     (folder / "data.yaml").write_text(names)
     for name, text in texts.items():
         (folder / "labels" / f"{name.replace('__', '.')}.txt").write_text(text)
@@ -343,6 +343,17 @@ def test_names_of_classes_in_yaml(names: str, tmp_path: Path) -> None:
     assert [each.label for row in found for each in row.objects] == ["a, b"]
 
 
+def test_names_of_classes_have_no_spaces_around_them(tmp_path: Path) -> None:
+    """As CVAT writes them for Darknet, after others have edited them."""
+    (tmp_path / "obj.names").write_bytes(b"car\r\nperson \r\n")
+    (tmp_path / "obj_train_data").mkdir()
+    (tmp_path / "obj_train_data" / "frame_000000.txt").write_text(LINE)
+    found = registry.read(tmp_path / "obj_train_data", "yolo", FILM)
+    assert [each.label for row in found for each in row.objects] == ["person"]
+    with pytest.raises(SourceError, match="its labels are in obj_train_data; give that folder"):
+        registry.read(tmp_path, "yolo", FILM)
+
+
 def test_names_with_times_are_of_one_film(tmp_path: Path) -> None:
     texts = {f"cam-10-00-0{i}_000{i}a": LINE for i in (1, 2)}
     assert frames(registry.read(yolo(tmp_path, "", **texts), "yolo", FILM)) == [1, 2]
@@ -363,6 +374,22 @@ def test_labels_that_are_named_like_another_film(tmp_path: Path, name: str, note
     assert [*found.notes] == said * noted
 
 
+@pytest.mark.parametrize("name", ["{}", "street_{}", "frame_{:06d}"])
+@pytest.mark.parametrize("film", [FilmFacts(width=320, height=240), FILM])
+@pytest.mark.parametrize("first", [0, 1])
+def test_that_frames_count_from_0_is_said_where_numbers_count_from_1(
+    tmp_path: Path, name: str, film: FilmFacts, first: int
+) -> None:
+    """As image sequences do, and Ultralytics where its film is not given."""
+    texts = {name.format(number): LINE for number in range(first, first + 3)}
+    found = registry.read(yolo(tmp_path, "", **texts), "yolo", film)
+    assert frames(found) == [*range(first, first + 3)]
+    assert any("frames are the numbers in its names" in each for each in found.notes) is (
+        first == 1
+    )
+    assert not any("unknown" in note for note in found.notes)
+
+
 def test_labels_of_a_set_for_training(tmp_path: Path) -> None:
     """Ultralytics and CVAT have them in `labels/train` and `labels/val`."""
     folder = yolo(tmp_path, "names: [x, person]\n")
@@ -374,6 +401,19 @@ def test_labels_of_a_set_for_training(tmp_path: Path) -> None:
             assert (row.frame, row.objects[0].label) == (3, "person")
     with pytest.raises(SourceError, match="its labels are in train and val; give one of"):
         registry.read(folder, "yolo", FILM)
+
+
+def test_labels_in_folders_below_are_not_lost_unsaid(tmp_path: Path) -> None:
+    """A film of the same name may be in each, as Roboflow has `train/labels` and `valid/labels`."""
+    folder = yolo(tmp_path, "", n_7=LINE)
+    (folder / "labels" / "late").mkdir()
+    (folder / "labels" / "late" / "n_8.txt").write_text(LINE)
+    found = registry.read(folder, "yolo", FILM)
+    assert [frames(found), found.left_out] == [[6], ["the texts in its folder late"]]
+    for part in ("train", "valid"):
+        yolo(folder / "set" / part, "", n_7=LINE)
+    with pytest.raises(SourceError, match="in train/labels and valid/labels; give one of these"):
+        registry.read(folder / "set", "yolo", FILM)
 
 
 def _coco(*names: str | dict[str, Any], **more: Any) -> Any:

@@ -28,6 +28,7 @@ from motes_fleet.cluster.records import Record, records
 from motes_fleet.cluster.state import Options, load_jobs, save, write_table
 from motes_fleet.cluster.store import Folder, open_store
 from motes_fleet.cluster.work import Plan, work
+from motes_fleet.commands import batch_job
 from onnx_trackers import save_pair
 from waiting import wait_until
 
@@ -125,6 +126,16 @@ def test_a_full_disk_is_told_with_the_file(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setattr(tempfile, "TemporaryDirectory", full)
     with pytest.raises(FormatError, match=r"^jobs\.\w+ cannot be written: No space .*make room"):
         write_table(store)
+
+
+def test_a_job_on_a_full_disk_does_not_say_that_it_has_kept_rows(
+    tmp_path: Path, film: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("motes.rows.writer.write_all", full)
+    plan = Plan(out=str(tmp_path / "out"), make=batch_job.make)
+    record = work((job("one", film), plan))
+    assert record.error == "Its results cannot be written: No space left on device; make room."
+    assert not [*tmp_path.glob("out/_attempts/*")]
 
 
 def full(*_: object, **__: object) -> None:

@@ -210,14 +210,14 @@ def _facts(
     known: History | None,
 ) -> FilmFacts:
     """Return the facts of the film: by the options, by the film, or as known beside the rows."""
-    from motes.formats.recording import FilmFacts
+    from motes.formats.recording import UNKNOWN, FilmFacts
 
     if fps is not None and not 0 < fps < float("inf"):
         raise ConfigError(f"--fps is {fps:g}; give a number of frames per second.")
     if frames is not None and frames < 1:
         raise ConfigError(f"--frames is {frames}; give 1 or more.")
     width, height = given = _sides(size)
-    name, files, known_frames, end = "unknown", list[str](), None, None
+    name, files, known_frames, end = UNKNOWN, list[str](), None, None
     rated = fps is not None or known is not None  # whose times are checked otherwise
     if video is not None:
         from motes.video.film import Film
@@ -283,7 +283,10 @@ def _checked(recorded: Recording, rows: Path, facts: FilmFacts, fps: float | Non
     """
     later = [row for row in recorded if row.frame]
     if fps and later and all(abs(row.time - facts.time(row.frame)) > 1e-6 for row in later):
-        raise ConfigError(f"--fps is {fps:g}, and {rows} has times of its own; omit it.")
+        raise ConfigError(
+            f"--fps is {fps:g}, and {rows} has times of its own, in seconds; omit it, or remove "
+            f"these times from a copy."
+        )
     head = recorded.head
     if facts.width and head.width and (head.width, head.height) != (facts.width, facts.height):
         raise SourceError(

@@ -180,5 +180,5 @@ def _check_time(given: Given, film: Source, frame: int, seconds: float) -> None:
     if not abs(time - seconds) <= TIME_TOLERANCE:
         raise InputError(
             f"{given.path} has frame {frame} at {time:g} s, but {film.name} at {seconds:g} "
-            f"s; give the film of these rows, or its --fps."
+            f"s; give the film of these rows or its --fps, or correct the column time, in seconds."
         )

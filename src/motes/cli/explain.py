@@ -68,14 +68,14 @@ def _wrong_option(error: CycloptsError, program: str) -> str:
         if (error.keyword, "-") in itertools.pairwise(error.root_input_tokens or ()):
             return f"{error.keyword} does not take -; see {command} --help."
         return f"{error.keyword} needs a value; see {command} --help."
+    if isinstance(error, UnknownOptionError | UnusedCliTokensError) and (late := _late(error)):
+        return f"After -- come names only, and {late} is an option; write it before --."
     if isinstance(error, UnknownOptionError):
         from motes.cli.settings import is_key
 
         flag = error.token.keyword or error.token.value
         key = flag.lstrip("-").replace("-", "_")
         known = [] if error.app is None else _options(error.app)
-        if flag in known and "--" in (error.root_input_tokens or ()):
-            return f"After -- come names only, and {flag} is an option; write it before --."
         if "--set" in known and is_key(key):
             return f"{flag} is a key of the configuration; write --set {key}=VALUE."
         if key in ("scale", "ground", "lens"):
@@ -98,6 +98,14 @@ def _wrong_option(error: CycloptsError, program: str) -> str:
             hint = "motes batch tracks in several films; "
         return f"No option takes {' '.join(words)}; {hint}see {command} --help."
     return f"{error} See {command} --help."
+
+
+def _late(error: CycloptsError) -> str | None:
+    """Return the first option behind --, where all are names; None without one."""
+    known = [] if error.app is None else _options(error.app)
+    words = itertools.dropwhile(lambda word: word != "--", error.root_input_tokens or ())
+    flags = (word.partition("=")[0] for word in words if not os.path.exists(word))
+    return next((flag for flag in flags if flag in known), None)
 
 
 def _options(app: App) -> list[str]:

@@ -146,7 +146,8 @@ class KnownRows:
             if not abs(track.time - film.times[track.frame]) <= TIME_TOLERANCE:
                 raise InputError(
                     f"{self._path} has frame {track.frame} at {track.time:g} s, but {film.name} "
-                    f"at {film.times[track.frame]:g} s; give the film of these rows."
+                    f"at {film.times[track.frame]:g} s; give the film of these rows, or correct "
+                    f"the column time, in seconds."
                 )
             x, y, width, height = track.box  # a target that leaves has its center outside first
             if track.status is Status.TRACKING and not (

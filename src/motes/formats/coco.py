@@ -23,7 +23,15 @@ from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status, Track
 from motes.formats import runs, shapes
 from motes.formats.image_names import OF_VIDEO, check_one_film, frame_of, images_of
-from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, placed, sound, stride_of
+from motes.formats.recording import (
+    ANONYMOUS,
+    FilmFacts,
+    Recording,
+    are_samples,
+    placed,
+    sound,
+    stride_of,
+)
 from motes.formats.regions import MAX_FRAME, region_of_corners
 from motes.formats.text import angle, at, read_json
 from motes.rows.schema import FrameRow, Header, text_name
@@ -209,7 +217,8 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     }  # fmt: skip
     left_out = [text.format(counted(*number)) for text, number in others.items() if number[0]]
     found = Recording.of(facts, objects, times, size, files, left_out)
-    return replace(found, notes=notes, stride=stride_of(sorted(times)))
+    numbers = sorted(times)
+    return replace(found, notes=notes, stride=stride_of(numbers), listed=are_samples(numbers))
 
 
 def _check_once(what: str, ids: Sequence[int]) -> None:

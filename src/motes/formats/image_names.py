@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from motes.core.errors import FormatError
-from motes.formats.recording import FilmFacts
+from motes.formats.recording import UNKNOWN, FilmFacts
 from motes.rows.schema import text_name
 
 OF_VIDEO = re.compile(r"frame_\d+")
@@ -62,7 +62,7 @@ def note_on_names(names: Iterable[str], facts: FilmFacts) -> list[str]:
     heads = {_NUMBER.sub("", _ROBOFLOW.sub("", name)) for name in names} - {"", *_OF_ANY}
     if len(heads) < len(names):  # else each name has something of its own, such as a time
         check_one_film(names=heads)
-    if len(heads) != 1 or heads <= {film}:
+    if len(heads) != 1 or heads <= {film} or film == UNKNOWN:
         return []
     return [f"its images are named {heads.pop()}; if that is another film than {film}, give it."]
 

@@ -23,6 +23,8 @@ MOST_FRAMES = 1_000_000
 """Frames in a row that a file may leave out at most; more than nine hours of film."""
 LABEL = "object"
 """Default class of the objects."""
+UNKNOWN = "unknown"
+"""The name of a film that is not given."""
 ANONYMOUS = -1
 """Identity of a detection: which object it shows is not known."""
 
@@ -178,7 +180,7 @@ class Recording:
 class FilmFacts:
     """What is known of the film that a file belongs to, as most formats do not hold it."""
 
-    source: str = "unknown"
+    source: str = UNKNOWN
     """The film's name."""
     width: int = 0
     height: int = 0
@@ -225,6 +227,15 @@ class FilmFacts:
 def stride_of(frames: Sequence[int]) -> int:
     """Return the stride of frames in order, which three of them tell at least."""
     return math.gcd(*(two - one for one, two in pairwise(frames))) if len(frames) > 2 else 1
+
+
+def are_samples(frames: Sequence[int]) -> bool:
+    """Return whether frames in order are picked from a film one by one.
+
+    The smallest distance between two is then more than their stride: nobody has looked in between.
+    """
+    apart = min((two - one for one, two in pairwise(frames)), default=0)
+    return apart > stride_of(frames)
 
 
 def _rate(known: Mapping[int, float]) -> float | None:

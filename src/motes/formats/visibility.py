@@ -33,21 +33,25 @@ def marked(recorded: Recording, mark: Mapping[str, Any]) -> tuple[Recording, int
     """Return a recording whose guesses have the fields of `mark`, and how many there are.
 
     Confidence 0 is that of an object which a truth does not count. Where the format has no mark for
-    these, such an object is hidden: its frame is certain.
+    these, such an object is hidden beside others that are seen, as distractors are beside people:
+    their frame is certain. A frame that shows nothing else is not.
     """
     count = 0
 
-    def told(each: Track) -> Track:
+    def told(each: Track, *, beside: bool) -> Track:
         nonlocal count
         if not each.guessed:
             return each
         count += 1
         void = not each.confidence and "confidence" not in mark
-        return structs.replace(each, **({"status": Status.OCCLUDED} if void else mark))
+        hidden = {"status": Status.OCCLUDED}
+        return structs.replace(each, **(hidden if void and beside else mark))
 
-    frames = [
-        structs.replace(row, objects=tuple(map(told, row.objects))) for row in recorded.frames
-    ]
+    frames = []
+    for row in recorded:
+        seen = any(each.visible and not each.guessed for each in row.objects)
+        objects = tuple(told(each, beside=seen) for each in row.objects)
+        frames.append(structs.replace(row, objects=objects))
     return replace(recorded, frames=frames), count
 
 

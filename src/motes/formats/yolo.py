@@ -91,7 +91,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     stem = Path(facts.source).stem
     from_one = not images and not (path / f"{stem}_0.txt").exists()
     theirs = re.compile(rf"(?!frame_\d{{6}}){re.escape(stem)}_[1-9]\d*")
-    left_out: list[str] = []
+    left_out = [f"the texts in its folder {part}" for part in _parts(path)]
     objects, lines, stems, ended = [], [], dict[int, str](), dict[bool, str]()
     for file in sorted(path.glob("*.txt")):
         if not file.is_file():
@@ -123,8 +123,17 @@ def read(path: Path, facts: FilmFacts) -> Recording:
             f"cut off there; if it is whole, end the line"
         )
     if not stems:
+        if parts := _parts(path):
+            which = "one of these folders" if len(parts) > 1 else "that folder"
+            raise FormatError(f"its labels are in {' and '.join(parts)}; give {which}")
         raise FormatError("it has no labels; they are texts with the number of a frame, .txt")
     notes = note_on_names(stems.values(), facts)
+    shifted = from_one and any(map(theirs.fullmatch, stems.values()))
+    if not images and not shifted and min(stems) == 1:
+        notes.append(
+            "frames are the numbers in its names, from 0; if these count from 1, give --video: the "
+            "folder of the images, or the film that they are named after."
+        )
     if either:
         taken = "identities" if tracked else "confidences"
         notes.append(f"the sixth numbers of its lines, 0 or 1, are read as {taken}.")
@@ -183,20 +192,23 @@ def _row(
 def _labels(folder: Path) -> Path:
     """Return the folder of the texts: `labels`, or the part of a set for training in it."""
     folder = folder / LABELS if (folder / LABELS).is_dir() else folder
-    if not any(folder.glob("*.txt")) and folder.name == LABELS:
-        parts = sorted(each for each in folder.iterdir() if each.is_dir())
-        if len(parts) > 1:
-            named = " and ".join(each.name for each in parts)
-            raise FormatError(f"its labels are in {named}; give one of these folders")
-        return parts[0] if parts else folder
-    return folder
+    parts = _parts(folder)
+    alone = folder.name == LABELS and len(parts) == 1 and not any(folder.glob("*.txt"))
+    return folder / parts[0] if alone else folder
+
+
+def _parts(folder: Path) -> list[str]:
+    """Return the folders in a folder that have texts, as of another film or part of a set."""
+    places = {each.parent.relative_to(folder) for each in folder.glob("*/**/*.txt")}
+    return sorted(place.as_posix() for place in places)
 
 
 def _names(folder: Path) -> dict[int, str]:
     """Return the names of the classes, by number."""
     for place in (folder / CLASSES, folder.parent / CLASSES, folder.parent / DARKNET):
         if place.is_file():
-            return dict(enumerate(lines_of(read_text(place, FormatError))))
+            lines = lines_of(read_text(place, FormatError))
+            return {number: name.strip() for number, name in enumerate(lines)}
     for place in (folder / NAMES, folder.parent / NAMES, folder.parent.parent / NAMES):
         if place.is_file():
             with at(place.name):

@@ -372,6 +372,7 @@ def find_reader(
         if glob.has_magic(source):
             return source, ImageFiles(source, glob.glob(source, recursive=True), fps)
         advice = "a pattern has * or ?" if "%" in source else "check the name"  # as FFmpeg's %05d
+        advice = "an option comes before --" if source.startswith("-") else advice
         raise SourceError(f"There is no file or folder {source}; {advice}.")
     if os.path.splitext(source)[1].lower() in IMAGE_ENDINGS:
         from motes.video.animation import Animation

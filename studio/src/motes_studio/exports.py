@@ -27,8 +27,8 @@ from motes_studio.workplace import Workplace
 
 DEFAULT_NAME = re.compile(r"object \d+", re.IGNORECASE)
 """The name that the studio gives to an object."""
-SPLIT = re.compile(r"( \(2\))+$")
-"""What it adds to the name of an object that is split."""
+NUMBERED = re.compile(r"( \(-?\d+\))+$")
+"""What it adds to the name of an object that is split, or one of several in a file."""
 
 
 class Reproduction(msgspec.Struct, frozen=True):
@@ -41,8 +41,8 @@ class Reproduction(msgspec.Struct, frozen=True):
 
 
 def class_of(name: str) -> str:
-    """Return the class of an object: the name that a user has given it, else `LABEL`."""
-    given = SPLIT.sub("", " ".join("".join(filter(str.isprintable, name)).split()))
+    """Return the class of an object: the name that a user or a file has given it, else `LABEL`."""
+    given = NUMBERED.sub("", " ".join("".join(filter(str.isprintable, name)).split()))
     return LABEL if not given or DEFAULT_NAME.fullmatch(given) else given
 
 

@@ -17,7 +17,7 @@ from msgspec.structs import replace
 
 from motes import ConfigError, Ellipse, FormatError, MotesError, Status, Track
 from motes.correction import check_keyframes
-from motes.formats import FilmFacts, Recording, parquet, registry
+from motes.formats import LABEL, FilmFacts, Recording, parquet, registry
 from motes.rows import FORMS, text_name
 from motes_studio.commands import Region
 from motes_studio.document import MAX_OBJECTS, Document, DrawnTarget, appended, ranges
@@ -33,6 +33,8 @@ DEPTH = 8
 """Folders in folders that it may have."""
 ROWS = 1_000_000
 """Frames that the objects of a file may have together."""
+LONGEST = 100
+"""Letters that a name may have."""
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#e69f00", "#56b4e9", "#cc79a7", "#f0e442")
 """The palette of Okabe and Ito, whose colors color-blind readers can distinguish."""
 
@@ -62,13 +64,15 @@ def read_file(place: Workplace, path: str, form: str | None, film: OpenFilm, mos
     files = [*map(text_name, place.film.files)]
     recorded, known = recording(given, form, film, files, most, place.check)
     place.check()
-    targets, tables = taken(recorded, known, times, given.stem)
+    targets, tables = taken(recorded, known, times)
     found = Taken(targets, [pack(table) for table in tables], [*recorded.left_out, *recorded.notes])
     return msgspec.msgpack.encode(found)
 
 
 def arrived(document: Document, targets: Sequence[DrawnTarget]) -> Document:
     """Return the document with the objects of a file, which get the next numbers and colors.
+
+    One without a name gets that of an object that is drawn.
 
     Raises
     ------
@@ -78,7 +82,8 @@ def arrived(document: Document, targets: Sequence[DrawnTarget]) -> Document:
     for target in targets:
         number = document.following
         color = COLORS[(number - 1) % len(COLORS)]
-        document = appended(document, replace(target, object=number, color=color))
+        name = target.name or f"object {number}"
+        document = appended(document, replace(target, object=number, name=name, color=color))
     return document
 
 
@@ -161,12 +166,13 @@ def _unpacked(path: Path, folder: Path, most: int, check: Callable[[], None]) ->
 
 
 def taken(
-    recorded: Recording, form: str, times: Sequence[float], stem: str
+    recorded: Recording, form: str, times: Sequence[float]
 ) -> tuple[list[DrawnTarget], list[Table]]:
     """Return the objects of a file, numbered from 1, and the rows of each.
 
     The first frame in which an object is visible is its keyframe; in formats of keyframes, all that
-    a person has drawn are. A file of keyframes alone has no rows.
+    a person has drawn are. A file of keyframes alone has no rows. The name of an object is its
+    class, with its identity behind it where there are several; of one without a class it is empty.
 
     Raises
     ------
@@ -176,7 +182,7 @@ def taken(
         If boxes have no identity, and there are several in a frame.
     """
     if form == "keyframes":
-        return [_marked(recorded, times, stem)], []
+        return [_marked(recorded, times)], []
     found: dict[int, dict[int, Track]] = {}
     for row in recorded:
         for each in row.objects:
@@ -209,9 +215,11 @@ def taken(
         keys = [frame for frame in frames if rows[frame].keyframe] if some else frames[:1]
         places = {frame: rows[frame].ellipse for frame in keys}
         first, last = min(rows), max(rows)
+        behind = "" if alone else f" ({identity})"
+        label = rows[frames[0]].label or ("" if alone else LABEL)
+        name = label[: LONGEST - len(behind)] + behind
         target = DrawnTarget(
-            number, (rows[frames[0]].label or stem if alone else f"{stem} {identity}")[:100],
-            COLORS[0], "default", None, 0, first, last,
+            number, name, COLORS[0], "default", None, 0, first, last,
             keys={frame: tuple(each) for frame, each in places.items()} if own else _drawn(places),
         )  # fmt: skip
         targets.append(target)
@@ -226,15 +234,14 @@ def taken(
     return targets, tables
 
 
-def _marked(recorded: Recording, times: Sequence[float], stem: str) -> DrawnTarget:
+def _marked(recorded: Recording, times: Sequence[float]) -> DrawnTarget:
     """Return an object with the keyframes and absences of a file, in all frames of the film."""
     marks = {row.frame: row.objects[0].ellipse if row.objects else None for row in recorded}
     head, frames = recorded.head, range(len(times))
     check_keyframes(marks, head.source, frames, head.width, head.height)
     keys = _drawn({frame: region for frame, region in marks.items() if region is not None})
     absent = ranges(frame for frame, region in marks.items() if region is None)
-    name, last = stem[:100], frames[-1]
-    return DrawnTarget(1, name, COLORS[0], "default", None, 0, 0, last, absent, keys=keys)
+    return DrawnTarget(1, "", COLORS[0], "default", None, 0, 0, frames[-1], absent, keys=keys)
 
 
 def _drawn(places: Mapping[int, Ellipse]) -> dict[int, Region]:

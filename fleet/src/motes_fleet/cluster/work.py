@@ -10,7 +10,7 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
-from motes import MotesError, SourceError, __version__
+from motes import FormatError, MotesError, SourceError, __version__
 from motes_fleet.cluster import pool as pools
 from motes_fleet.cluster.inputs import changed, localized
 from motes_fleet.cluster.jobs import Job
@@ -76,12 +76,23 @@ def work(order: tuple[Job, Plan]) -> Record:
         except StoreError:
             raise
         except MotesError as error:
-            return replace(record, seconds=_since(begun), error=str(error))
+            return replace(record, seconds=_since(begun), error=_reason(error))
         for path in sorted(made.iterdir()):
             store.write(place_of(job.name, path.name), path)
     record = replace(record, status="done", frames=frames, error=note, seconds=_since(begun))
     store.write(record_name(job.name), encoded(record))
     return record
+
+
+def _reason(error: MotesError) -> str:
+    """Return why a job has failed.
+
+    A command whose disk is full says what it has kept, and where: here that goes with the folder.
+    """
+    cause = error.__cause__
+    if isinstance(error, FormatError) and isinstance(cause, OSError):
+        return f"Its results cannot be written: {cause.strerror}; make room."
+    return str(error)
 
 
 def _since(begun: float) -> float:
