@@ -11,7 +11,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from motes.core.types import Bytes
+from motes.core.types import Bytes, Floats
 from motes.mot.pairs import Integers
 
 Shift: TypeAlias = tuple[int, int]
@@ -81,11 +81,15 @@ class Sway:
         if less.mean() > max(NOTICED, SURE * less.std() / math.sqrt(less.size)):
             self.shift = best
 
-    def _apart(self, pixels: Bytes, shifts: Integers) -> Integers:
-        """Return how much a picture differs from the background at shifts (n, 2): (n, edges)."""
+    def _apart(self, pixels: Bytes, shifts: Integers) -> Floats:
+        """Return how much a picture differs from the background at shifts (n, 2): (n, edges).
+
+        It is first made as bright as the background there: a brighter picture is not a shifted one.
+        """
         x, y = shifts[:, :1], shifts[:, 1:]
         green = pixels[self._rows + y, self._columns + x, 1]
-        out: Integers = np.minimum(np.abs(green - self._colors), MOST)
+        gains = np.median(self._colors / np.maximum(green, 1), axis=1, keepdims=True)
+        out: Floats = np.minimum(np.abs(gains * green - self._colors), MOST)
         return out
 
 
@@ -94,12 +98,17 @@ def moved(pixels: Bytes, shift: Shift, behind: Bytes) -> Bytes:
     x, y = shift
     if x == y == 0:
         return pixels
-    height, width = pixels.shape[:2]
-    out = behind.copy()
-    out[max(-y, 0) : height - max(y, 0), max(-x, 0) : width - max(x, 0)] = pixels[
-        max(y, 0) : height + min(y, 0), max(x, 0) : width + min(x, 0)
-    ]
+    out = np.roll(pixels, (-y, -x), axis=(0, 1))
+    rows, columns = unseen(shift)
+    out[rows], out[:, columns] = behind[rows], behind[:, columns]
     return out
+
+
+def unseen(shift: Shift) -> tuple[slice, slice]:
+    """Return the rows, and the columns, of the background that a picture does not show."""
+    x, y = shift
+    rows, columns = (slice(-far, None) if far > 0 else slice(-far) for far in (y, x))
+    return rows, columns
 
 
 def _edges(picture: Bytes) -> tuple[Integers, Integers]:
