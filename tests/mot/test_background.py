@@ -29,7 +29,7 @@ from motes.mot.detection.illumination import (
 from motes.mot.detection.planes import planes_of
 from motes.mot.detection.pretrained import PeopleDetector, RecordedDetections
 from motes.mot.detection.selective_update import SelectiveUpdate
-from motes.mot.detection.sway import FARTHEST, Sway, moved
+from motes.mot.detection.sway import BLOCKS, FARTHEST, FEWEST, Sway, moved
 from motes.mot.scene import LAG, Scene
 from motes.video.image_files import read_image
 
@@ -386,6 +386,16 @@ def test_another_exposure_is_no_sway(gain: float) -> None:
     for shift in ((0, 0), (2, -1)):
         sway.find((gain * np.roll(ground, shift, axis=(1, 0))).astype(np.uint8))
         assert sway.shift == shift
+
+
+def test_a_large_picture_tells_its_sway_by_as_few_pixels() -> None:
+    """Else it would take a tenth of a second."""
+    ground = np.random.default_rng(0).integers(0, 256, (1200, 1600, 3)).astype(np.uint8)
+    sway = Sway()
+    sway.refer(ground[:, :, 1])
+    sway.find(np.roll(ground, (2, -1), axis=(1, 0)))
+    assert sway.shift == (2, -1)
+    assert FEWEST < len(sway._colors) <= 2 * BLOCKS
 
 
 @pytest.mark.parametrize("size", [(120, 160), (12, 160), (30, 20)])

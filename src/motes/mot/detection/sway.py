@@ -22,8 +22,10 @@ FARTHEST = 8
 STEP = 2
 """Largest change of the shift from frame to frame, at first, in x and y; it may be repeated."""
 BLOCK = 16
-"""Width and height of the parts of the picture of which each gives the pixel with the strongest
-edge, so that no object has many of them."""
+"""Least width and height of the parts of the picture of which each gives the pixel with the
+strongest edge, so that no object has many of them."""
+BLOCKS = 1000
+"""Largest number of these parts: those of a large picture are larger, which takes no longer."""
 EDGE = 20
 """Least strength of an edge, the sum of its gradients in x and y, in gray levels per pixel."""
 FEWEST = 40
@@ -114,16 +116,17 @@ def unseen(shift: Shift) -> tuple[slice, slice]:
 def _edges(picture: Bytes) -> tuple[Integers, Integers]:
     """Return rows and columns of both sides of the strongest edge of each block of a picture."""
     (height, width), margin = picture.shape, FARTHEST
-    rows, columns = ((side - 2 * margin - 1) // BLOCK for side in (height, width))
+    block = max(BLOCK, math.isqrt(height * width // BLOCKS))
+    rows, columns = ((side - 2 * margin - 1) // block for side in (height, width))
     if rows < 1 or columns < 1:
         return np.empty(0, np.int64), np.empty(0, np.int64)
     inner = picture[margin : height - margin, margin : width - margin].astype(np.int16)
     down, right = np.diff(inner, axis=0), np.diff(inner, axis=1)
-    here = slice(rows * BLOCK), slice(columns * BLOCK)
+    here = slice(rows * block), slice(columns * block)
     strength = np.abs(down[here]) + np.abs(right[here])
-    blocks = strength.reshape(rows, BLOCK, columns, BLOCK).swapaxes(1, 2).reshape(-1, BLOCK**2)
+    blocks = strength.reshape(rows, block, columns, block).swapaxes(1, 2).reshape(-1, block**2)
     strongest = blocks.argmax(axis=1)
     y, x = np.divmod(np.arange(len(blocks)), columns)
-    y, x = margin + y * BLOCK + strongest // BLOCK, margin + x * BLOCK + strongest % BLOCK
+    y, x = margin + y * block + strongest // block, margin + x * block + strongest % block
     y, x = (each[blocks.max(axis=1) >= EDGE] for each in (y, x))
     return np.concatenate([y, y + 1]), np.concatenate([x, x + 1])
