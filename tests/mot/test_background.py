@@ -29,7 +29,7 @@ from motes.mot.detection.illumination import (
 from motes.mot.detection.planes import planes_of
 from motes.mot.detection.pretrained import PeopleDetector, RecordedDetections
 from motes.mot.detection.selective_update import SelectiveUpdate
-from motes.mot.detection.sway import FARTHEST, Sway, moved
+from motes.mot.detection.sway import BLOCKS, FARTHEST, FEWEST, Sway, moved
 from motes.mot.scene import LAG, Scene
 from motes.video.image_files import read_image
 
@@ -351,6 +351,19 @@ def test_a_camera_that_sways_shows_what_moves_alone(prepared: bool) -> None:
     assert detector.warnings == {}
 
 
+@pytest.mark.parametrize("gain", [0.75, 1.35])
+def test_a_camera_that_sways_and_gets_darker_or_brighter_shows_nothing(gain: float) -> None:
+    """Nor does the border of the background, which a shifted picture does not show."""
+    rng, detector = np.random.default_rng(0), BackgroundDetector()
+    ground = np.kron(rng.integers(60, 160, (20, 26, 3)), np.ones((8, 8, 1)))
+    for index in range(90):
+        x, y = round(4 * np.sin(index / 6)), round(3 * np.sin(index / 9))
+        lit = np.interp(index, (30, 80), (1, gain)) * ground[16 - y : 136 - y, 16 - x : 176 - x]
+        noisy = (lit + rng.normal(0, 2, lit.shape)).clip(0, 255).astype(np.uint8)
+        assert detector(Frame(index, index / 25, noisy)) == []
+    assert detector.warnings == {}
+
+
 def test_a_sway_is_found_in_whole_pixels() -> None:
     rng = np.random.default_rng(0)
     ground = rng.integers(0, 256, (120, 160, 3)).astype(np.uint8)
@@ -363,6 +376,26 @@ def test_a_sway_is_found_in_whole_pixels() -> None:
     assert (steady[8:, :-7] == ground[8:, :-7]).all()
     assert not steady[:8].any()
     assert not steady[:, -7:].any()
+
+
+@pytest.mark.parametrize("gain", [0.5, 1.6])
+def test_another_exposure_is_no_sway(gain: float) -> None:
+    rng, sway = np.random.default_rng(0), Sway()
+    ground = np.kron(rng.integers(40, 150, (30, 40, 3)), np.ones((4, 4, 1))).astype(np.uint8)
+    sway.refer(ground[:, :, 1])
+    for shift in ((0, 0), (2, -1)):
+        sway.find((gain * np.roll(ground, shift, axis=(1, 0))).astype(np.uint8))
+        assert sway.shift == shift
+
+
+def test_a_large_picture_tells_its_sway_by_as_few_pixels() -> None:
+    """Else it would take a tenth of a second."""
+    ground = np.random.default_rng(0).integers(0, 256, (1200, 1600, 3)).astype(np.uint8)
+    sway = Sway()
+    sway.refer(ground[:, :, 1])
+    sway.find(np.roll(ground, (2, -1), axis=(1, 0)))
+    assert sway.shift == (2, -1)
+    assert FEWEST < len(sway._colors) <= 2 * BLOCKS
 
 
 @pytest.mark.parametrize("size", [(120, 160), (12, 160), (30, 20)])

@@ -35,7 +35,7 @@ from motes.mot.detection.mixture import FIRST, Mixture
 from motes.mot.detection.planes import Planes, planes_of
 from motes.mot.detection.reference_image import ReferenceImage
 from motes.mot.detection.selective_update import SelectiveUpdate
-from motes.mot.detection.sway import FARTHEST, LASTS, STEP, Sway, moved
+from motes.mot.detection.sway import FARTHEST, LASTS, STEP, Sway, moved, unseen
 
 BRIGHTEST = 250
 """A camera shows what is brighter than it can show with this value or more."""
@@ -211,7 +211,9 @@ class BackgroundDetector:
             if not begins:
                 self._warn(frame, "camera", MOVES)
             return []
-        planes = self._exposed(pixels)
+        planes, background = self._exposed(pixels), self._background.planes
+        rows, columns = unseen(self._sway.shift)  # they have the exposure of the background
+        planes[:, rows], planes[:, :, columns] = background[:, rows], background[:, :, columns]
         mask = self._foreground(planes, known)
         if np.count_nonzero(mask) > self.config.most * mask.size:
             self._begin(frame.pixels, frame)

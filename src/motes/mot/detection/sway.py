@@ -11,7 +11,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from motes.core.types import Bytes
+from motes.core.types import Bytes, Floats
 from motes.mot.pairs import Integers
 
 Shift: TypeAlias = tuple[int, int]
@@ -22,8 +22,10 @@ FARTHEST = 8
 STEP = 2
 """Largest change of the shift from frame to frame, at first, in x and y; it may be repeated."""
 BLOCK = 16
-"""Width and height of the parts of the picture of which each gives the pixel with the strongest
-edge, so that no object has many of them."""
+"""Least width and height of the parts of the picture of which each gives the pixel with the
+strongest edge, so that no object has many of them."""
+BLOCKS = 1000
+"""Largest number of these parts: those of a large picture are larger, which takes no longer."""
 EDGE = 20
 """Least strength of an edge, the sum of its gradients in x and y, in gray levels per pixel."""
 FEWEST = 40
@@ -81,11 +83,15 @@ class Sway:
         if less.mean() > max(NOTICED, SURE * less.std() / math.sqrt(less.size)):
             self.shift = best
 
-    def _apart(self, pixels: Bytes, shifts: Integers) -> Integers:
-        """Return how much a picture differs from the background at shifts (n, 2): (n, edges)."""
+    def _apart(self, pixels: Bytes, shifts: Integers) -> Floats:
+        """Return how much a picture differs from the background at shifts (n, 2): (n, edges).
+
+        It is first made as bright as the background there: a brighter picture is not a shifted one.
+        """
         x, y = shifts[:, :1], shifts[:, 1:]
         green = pixels[self._rows + y, self._columns + x, 1]
-        out: Integers = np.minimum(np.abs(green - self._colors), MOST)
+        gains = np.median(self._colors / np.maximum(green, 1), axis=1, keepdims=True)
+        out: Floats = np.minimum(np.abs(gains * green - self._colors), MOST)
         return out
 
 
@@ -94,27 +100,33 @@ def moved(pixels: Bytes, shift: Shift, behind: Bytes) -> Bytes:
     x, y = shift
     if x == y == 0:
         return pixels
-    height, width = pixels.shape[:2]
-    out = behind.copy()
-    out[max(-y, 0) : height - max(y, 0), max(-x, 0) : width - max(x, 0)] = pixels[
-        max(y, 0) : height + min(y, 0), max(x, 0) : width + min(x, 0)
-    ]
+    out = np.roll(pixels, (-y, -x), axis=(0, 1))
+    rows, columns = unseen(shift)
+    out[rows], out[:, columns] = behind[rows], behind[:, columns]
     return out
+
+
+def unseen(shift: Shift) -> tuple[slice, slice]:
+    """Return the rows, and the columns, of the background that a picture does not show."""
+    x, y = shift
+    rows, columns = (slice(-far, None) if far > 0 else slice(-far) for far in (y, x))
+    return rows, columns
 
 
 def _edges(picture: Bytes) -> tuple[Integers, Integers]:
     """Return rows and columns of both sides of the strongest edge of each block of a picture."""
     (height, width), margin = picture.shape, FARTHEST
-    rows, columns = ((side - 2 * margin - 1) // BLOCK for side in (height, width))
+    block = max(BLOCK, math.isqrt(height * width // BLOCKS))
+    rows, columns = ((side - 2 * margin - 1) // block for side in (height, width))
     if rows < 1 or columns < 1:
         return np.empty(0, np.int64), np.empty(0, np.int64)
     inner = picture[margin : height - margin, margin : width - margin].astype(np.int16)
     down, right = np.diff(inner, axis=0), np.diff(inner, axis=1)
-    here = slice(rows * BLOCK), slice(columns * BLOCK)
+    here = slice(rows * block), slice(columns * block)
     strength = np.abs(down[here]) + np.abs(right[here])
-    blocks = strength.reshape(rows, BLOCK, columns, BLOCK).swapaxes(1, 2).reshape(-1, BLOCK**2)
+    blocks = strength.reshape(rows, block, columns, block).swapaxes(1, 2).reshape(-1, block**2)
     strongest = blocks.argmax(axis=1)
     y, x = np.divmod(np.arange(len(blocks)), columns)
-    y, x = margin + y * BLOCK + strongest // BLOCK, margin + x * BLOCK + strongest % BLOCK
+    y, x = margin + y * block + strongest // block, margin + x * block + strongest % block
     y, x = (each[blocks.max(axis=1) >= EDGE] for each in (y, x))
     return np.concatenate([y, y + 1]), np.concatenate([x, x + 1])
