@@ -620,3 +620,11 @@ def test_a_frame_of_objects_alone_that_do_not_count_is_no_empty_example(go: Tell
     texts = {path.stem: path.read_text() for path in Path("a.yolo/labels").glob("*.txt")}
     lines = {stem: len(text.splitlines()) for stem, text in texts.items()}
     assert lines == {"frame_000000": 1, "frame_000002": 1}
+
+
+def test_where_a_tracker_of_vot_began_or_failed_is_no_empty_example(go: Tell) -> None:
+    """Its results have 1 and 2 there; 0 is a frame without a target in a truth."""
+    Path("truth.txt").write_text("1\n10,20,30,40\n2\n0\n10,20,30,40\n")
+    assert "with 2 of the 4" in go("convert truth.txt a.yolo --from vot --size 320x240")[1]
+    texts = {path.stem[-1]: path.read_text() for path in Path("a.yolo/labels").glob("*.txt")}
+    assert {stem: bool(text) for stem, text in texts.items()} == {"1": True, "3": False, "4": True}
