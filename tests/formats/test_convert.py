@@ -66,6 +66,18 @@ def test_formats_are_recognized_and_losses_are_named(go: Tell) -> None:
     assert rows[25]["theta"] == pytest.approx(0.5, abs=1e-3)
 
 
+def test_times_that_a_file_does_not_have_are_not_told_as_lost(go: Tell) -> None:
+    Path("own.csv").write_text("frame,left,top,width,height\n0,1,1,9,9\n")
+    assert "times" not in go("convert own.csv own.txt")[1]
+    assert go("convert own.csv own.json --size 320x240 --fps 5")[0] == 0
+    assert "mot does not hold times; own.json has them." in go("convert own.json b.txt")[1]
+    others = json.loads(Path("own.json").read_text())
+    for image in others["images"]:
+        del image["time"]
+    Path("others.json").write_text(json.dumps(others))
+    assert "times; others.json has them" not in go("convert others.json c.txt")[1]
+
+
 def test_frames_of_a_film_are_counted_where_its_file_does_not_say(go: Tell) -> None:
     """Its length and its rate give 26."""
     with VideoWriter(Path("film.mkv"), 25) as writer:
