@@ -313,6 +313,7 @@ def test_objects_of_a_file_keep_their_classes_and_get_no_other(
     assert back("0,4,5,5,9,9,car") == (["car"], {"car"})
     several = back("0,4,5,5,9,9,car", "0,7,25,5,9,9,")
     assert several == (["car (4)", "object (7)"], {"car", "object"})
+    assert back("0,-1,5,5,9,9,car", "0,7,25,5,9,9,") == (["car", "object (7)"], {"car", "object"})
 
 
 BAD_FILES = (

@@ -66,6 +66,18 @@ def test_formats_are_recognized_and_losses_are_named(go: Tell) -> None:
     assert rows[25]["theta"] == pytest.approx(0.5, abs=1e-3)
 
 
+def test_times_that_a_file_does_not_have_are_not_told_as_lost(go: Tell) -> None:
+    Path("own.csv").write_text("frame,left,top,width,height\n0,1,1,9,9\n")
+    assert "times" not in go("convert own.csv own.txt")[1]
+    assert go("convert own.csv own.json --size 320x240 --fps 5")[0] == 0
+    assert "mot does not hold times; own.json has them." in go("convert own.json b.txt")[1]
+    others = json.loads(Path("own.json").read_text())
+    for image in others["images"]:
+        del image["time"]
+    Path("others.json").write_text(json.dumps(others))
+    assert "times; others.json has them" not in go("convert others.json c.txt")[1]
+
+
 def test_frames_of_a_film_are_counted_where_its_file_does_not_say(go: Tell) -> None:
     """Its length and its rate give 26."""
     with VideoWriter(Path("film.mkv"), 25) as writer:
@@ -633,3 +645,11 @@ def test_a_frame_of_objects_alone_that_do_not_count_is_no_empty_example(go: Tell
     texts = {path.stem: path.read_text() for path in Path("a.yolo/labels").glob("*.txt")}
     lines = {stem: len(text.splitlines()) for stem, text in texts.items()}
     assert lines == {"frame_000000": 1, "frame_000002": 1}
+
+
+def test_where_a_tracker_of_vot_began_or_failed_is_no_empty_example(go: Tell) -> None:
+    """Its results have 1 and 2 there; 0 is a frame without a target in a truth."""
+    Path("truth.txt").write_text("1\n10,20,30,40\n2\n0\n10,20,30,40\n")
+    assert "with 2 of the 4" in go("convert truth.txt a.yolo --from vot --size 320x240")[1]
+    texts = {path.stem[-1]: path.read_text() for path in Path("a.yolo/labels").glob("*.txt")}
+    assert {stem: bool(text) for stem, text in texts.items()} == {"1": True, "3": False, "4": True}

@@ -298,14 +298,27 @@ def test_skeletons_are_left_out(content: str, tmp_path: Path) -> None:
     assert found.left_out == ["1 skeleton"]
 
 
+def test_outlines_and_attributes_of_cvat_are_told(tmp_path: Path) -> None:
+    attribute = '<attribute name="brand">x</attribute>'
+    outline = '<polygon frame="0" occluded="0" points="9,9;49,9;29,59">{}</polygon>'
+    content = track(0, shape=outline.format(attribute)) + track(1)
+    found = registry.read(cvat(tmp_path, TASK, content), "cvat", FilmFacts())
+    assert [len(row.objects) for row in found][:1] == [2]
+    assert found.left_out == ["1 polygon, but for the box", "the attributes brand"]
+
+
 @pytest.mark.parametrize(
     ("more", "left_out", "count"),
     [
         ({"bbox": [0, 0, 0, 0], "keypoints": [0, 0, 0], "num_keypoints": 0}, "1 skeleton", 0),
-        ({"keypoints": [35, 65, 2], "num_keypoints": 1}, "", 1),
+        ({"keypoints": [35, 65, 2], "num_keypoints": 1}, "the points of 1 skeleton", 1),
+        ({"segmentation": [[9, 9, 49, 9, 29, 59]]}, "1 outline, but for box and ellipse", 1),
+        ({"segmentation": [[9, 9, 49, 9, 49, 59, 9, 59]]}, "", 1),
+        ({"attributes": {"occluded": True, "color": "red", "brand": "x"}},
+         "the attributes brand, color", 1),
         ({"rotation": 0.5}, "1 angle beside a box, of which no rule is known", 1),
     ],
-)
+)  # fmt: skip
 def test_points_and_angles_of_coco(
     more: dict[str, Any], left_out: str, count: int, tmp_path: Path
 ) -> None:

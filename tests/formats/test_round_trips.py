@@ -112,7 +112,8 @@ def test_detections_have_no_identity(name: str, tmp_path: Path) -> None:
         with pytest.raises(FormatError, match="boxes without identities"):
             registry.write(tmp_path / "a.xml", other, found)
     registry.write(tmp_path / "a.json", "coco", found)
-    assert aspects(registry.read(tmp_path / "a.json", "coco", FACTS)) <= aspects(found)
+    again = aspects(registry.read(tmp_path / "a.json", "coco", FACTS))
+    assert again - {"times"} <= aspects(found)
 
 
 @pytest.mark.parametrize("name", ["csv", "jsonl", "parquet"])

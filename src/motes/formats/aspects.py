@@ -23,7 +23,7 @@ ASPECTS = (ANGLES, CONFIDENCES, IDENTITIES, CLASSES, HIDDEN, GUESSES, MASKS, TIM
 
 def aspects(recorded: Recording) -> set[str]:
     """Return those of `ASPECTS` that a recording has."""
-    found: set[str] = {TIMES}
+    found = {TIMES} if recorded.timed else set[str]()
     for row in recorded:
         for each in (each for each in row.objects if each.placed):
             held = {

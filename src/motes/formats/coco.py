@@ -33,11 +33,13 @@ from motes.formats.recording import (
     stride_of,
 )
 from motes.formats.regions import MAX_FRAME, region_of_corners
-from motes.formats.text import angle, at, read_json
+from motes.formats.text import angle, at, read_json, unread
 from motes.rows.schema import FrameRow, Header, text_name
 
 ROUNDING = 0.05
 """An ellipse that an angle changes by less, in pixels, is upright: corners have two decimals."""
+KNOWN = {"occluded", "rotation", "track_id", "keyframe"}
+"""The attributes that CVAT has of each object; the others are a user's."""
 
 
 def write(recorded: Recording) -> Iterator[bytes]:
@@ -165,6 +167,15 @@ class _Annotation(msgspec.Struct):
         """Whether it is of points alone: then CVAT writes a box without a size."""
         return bool(self.keypoints) and self.bbox is not None and not any(self.bbox[2:])
 
+    @property
+    def is_outline(self) -> bool:
+        """Whether it has polygons, of which more than its box is told."""
+        if not (isinstance(self.segmentation, list) and self.segmentation):
+            return False
+        first = self.segmentation[0]
+        sides = [{*map(str, first[axis::2])} for axis in (0, 1)] if isinstance(first, list) else []
+        return len(self.segmentation) > 1 or any(len(side) > 2 for side in sides)
+
 
 class _Document(msgspec.Struct):
     images: list[_Image]
@@ -214,8 +225,13 @@ def read(path: Path, facts: FilmFacts) -> Recording:
         "{} beside a box, of which no rule is known": (
             sum(bool(each.rotation or each.angle) for each in given), "angle",
         ),
+        "the points of {}": (
+            sum(bool(each.keypoints) and not each.is_skeleton for each in given), "skeleton",
+        ),
+        "{}, but for box and ellipse": (sum(each.is_outline for each in given), "outline"),
     }  # fmt: skip
     left_out = [text.format(counted(*number)) for text, number in others.items() if number[0]]
+    left_out += unread({name for each in given for name in each.attributes} - KNOWN)
     found = Recording.of(facts, objects, times, size, files, left_out)
     numbers = sorted(times)
     return replace(found, notes=notes, stride=stride_of(numbers), listed=are_samples(numbers))

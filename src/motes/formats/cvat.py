@@ -39,7 +39,7 @@ from motes.formats.shapes import (
     labels_of,
     visible_box,
 )
-from motes.formats.text import angle, at, number, whole
+from motes.formats.text import angle, at, number, unread, whole
 from motes.formats.thinning import KEYFRAME_ERROR, keyframes
 from motes.formats.visibility import SHOWN, check_identities
 from motes.rows.schema import text_name
@@ -209,6 +209,13 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     left_out = [
         counted(count, kind) for kind, count in others.items() if kind not in (*SHAPES, "attribute")
     ]
+    left_out += [
+        f"{counted(others[kind], kind.removesuffix('s'))}, but for the box"
+        for kind in BOXED
+        if others[kind]
+    ]
+    shapes = (shape for part in (*tracks, *images) for shape in part if shape.tag in SHAPES)
+    left_out += unread({each.get("name", "") for shape in shapes for each in shape})
     size = _size(root, images)
     found = Recording.of(facts, objects, times, size, named, left_out)
     return replace(found, notes=notes, stride=step)
@@ -302,7 +309,9 @@ def _label(element: Element, facts: FilmFacts) -> str | None:
 METAS = ("meta/task", "meta/job", "meta/project/tasks/task", "meta")
 """Where a document may describe its film."""
 HOLDERS = ("track", "image", "skeleton")
-SHAPES = ("box", "ellipse", "polygon", "polyline", "points", "mask")
+BOXED = ("polygon", "polyline", "points", "mask")
+"""Shapes of which the box is taken."""
+SHAPES = ("box", "ellipse", *BOXED)
 
 
 def _read_track(track: Element, identity: int, label: str | None, step: int) -> Iterator[Track]:

@@ -208,7 +208,8 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     times = {} if rate else {key.frame - 1: key.time for key in keys if key.time is not None}
     if not facts.fps:
         facts = replace(facts, fps=rate)
-    return replace(Recording.of(facts, objects, times, left_out=left_out), notes=clock.notes)
+    found = Recording.of(facts, objects, times, left_out=left_out)
+    return replace(found, notes=clock.notes, timed=bool(rate or times))
 
 
 def _identities(regions: Sequence[VideoRegion]) -> list[int]:

@@ -34,7 +34,8 @@ class Recording:
     """The objects of a film, in memory; `frames` are in order.
 
     `left_out` is what of the file is not here, and `notes` how the rest was understood, each in a
-    few words; `assumed` is whether times are those of 25 frames a second, as no rate is known.
+    few words; `assumed` is whether times are those of 25 frames a second, as no rate is known, and
+    `timed` whether the file has times of its own.
     `length` is the film's number of frames, 0 if unknown; `told` is whether nothing is in those
     that the file does not name; `single` is whether it is of one target, by its format.
     `stride` is that of the run or task, which skips the frames in between. `listed` is whether
@@ -46,6 +47,7 @@ class Recording:
     left_out: Sequence[str] = ()
     notes: Sequence[str] = ()
     assumed: bool = False
+    timed: bool = True
     length: int = 0
     told: bool = False
     single: bool = False
@@ -135,6 +137,7 @@ class Recording:
             ],
             left_out,
             assumed=not facts.fps and len(known) < len(frames),
+            timed=bool(known),
             length=facts.frames or 0,
             told=bool(told),
         )

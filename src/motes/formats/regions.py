@@ -51,7 +51,9 @@ class TruthRegion(NamedTuple):
 
 _NAN = math.nan
 ABSENT = TruthRegion(Box(*[_NAN] * 4), Ellipse(*[_NAN] * 5), is_box=True)
-"""The frame has no target, or its position is unknown."""
+"""The frame has no target."""
+UNKNOWN = TruthRegion(*ABSENT)
+"""It is not told where the target is, as where a tracker began or has lost it."""
 
 
 def read_regions(text: str, *, strict: bool = False) -> list[TruthRegion]:
@@ -64,8 +66,9 @@ def read_regions(text: str, *, strict: bool = False) -> list[TruthRegion]:
     - a polygon x, y, x, y … of at least four corners;
     - a mask in VOT's form, `m x, y, width, height, runs …`: runs of pixels in the box, row by row,
       alternately outside and inside the target;
-    - no target: NaN alone, a box or polygon without width or height, an empty mask, or VOT's codes
-      0, 1 and 2.
+    - no target: NaN alone, a box or polygon without width or height, an empty mask, or VOT's code
+      0;
+    - an unknown place: VOT's codes of results, 1 where the tracker began, 2 where it has failed.
 
     Empty lines are skipped.
 
@@ -109,7 +112,7 @@ def _parse_row(row: str, strict: bool) -> TruthRegion:
     if len(values) >= 8 and len(values) % 2 == 0:
         return region_of_corners(np.reshape(values, (-1, 2)))
     if len(values) == 1 and values[0] in (0, 1, 2):
-        return ABSENT
+        return UNKNOWN if values[0] else ABSENT
     raise ValueError(
         f"a row has 4 numbers (x, y, width, height) or the 8 and more of a polygon, "
         f"not {len(values)}"

@@ -486,8 +486,8 @@ def check_folder(path: Path, form: Format) -> None:
 def lost(present: set[str], source: str, target: str) -> list[str]:
     """Return those of `present` that the format `target` does not hold.
 
-    Times are always present; they are lost if the format `source` holds them. It may hold more than
-    motes writes, such as the angles of CVAT's rectangles.
+    Times are lost if the format `source` holds them. It may hold more than motes writes, such as
+    the angles of CVAT's rectangles.
     """
     held, kept = (FORMATS.resolve(name).holds for name in (source, target))
     told = present if TIMES in held else present - {TIMES}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -25,6 +25,12 @@ def read_json(path: Path, kind: Any) -> Any:
         return msgspec.json.decode(read_text(path, FormatError), type=kind)
     except (msgspec.MsgspecError, RecursionError) as error:
         raise FormatError(f"{path.name}: {error}") from None
+
+
+def unread(attributes: Iterable[str]) -> list[str]:
+    """Return in words which attributes of objects are left out, as users define them."""
+    names = sorted(attributes)
+    return [f"the attributes {', '.join(names)[:80]}"] if names else []
 
 
 @contextmanager

@@ -24,7 +24,7 @@ from motes.core.files import check_ended, lines_of, read_text
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Track
 from motes.formats.recording import FilmFacts, Recording, placed, sound
-from motes.formats.regions import ABSENT, read_regions
+from motes.formats.regions import ABSENT, UNKNOWN, read_regions
 
 Kind = Literal["otb", "vot", "lasot", "got10k"]
 
@@ -103,7 +103,7 @@ def read(kind: Kind, path: Path, facts: FilmFacts) -> Recording:
     absent = absences(kind, path.parent, len(regions))
     objects = []
     for frame, region in enumerate(regions):
-        if region is not ABSENT and not absent[frame]:
+        if not (region is ABSENT or region is UNKNOWN or absent[frame]):
             x, y, *rest = region.ellipse
             ellipse = Ellipse(x - first, y - first, *rest)
             x, y, *sides = region.box
@@ -112,4 +112,6 @@ def read(kind: Kind, path: Path, facts: FilmFacts) -> Recording:
     masks = sum(line.lstrip().startswith("m") for line in lines_of(text))
     left_out = [f"the pixels of {counted(masks, 'mask')}, but for box and ellipse"] * bool(masks)
     times = dict.fromkeys(range(len(regions)))
-    return replace(Recording.of(facts, objects, times, left_out=left_out), single=True)
+    unknown = [(frame, 1) for frame, region in enumerate(regions) if region is UNKNOWN]
+    found = Recording.of(facts, objects, times, left_out=left_out, searched=unknown)
+    return replace(found, single=True)

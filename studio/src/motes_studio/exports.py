@@ -27,7 +27,7 @@ from motes_studio.workplace import Workplace
 
 DEFAULT_NAME = re.compile(r"object \d+", re.IGNORECASE)
 """The name that the studio gives to an object."""
-NUMBERED = re.compile(r"( \(-?\d+\))+$")
+NUMBERED = re.compile(r"( \(\d+\))+$")
 """What it adds to the name of an object that is split, or one of several in a file."""
 
 

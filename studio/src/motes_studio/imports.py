@@ -172,7 +172,7 @@ def taken(
 
     The first frame in which an object is visible is its keyframe; in formats of keyframes, all that
     a person has drawn are. A file of keyframes alone has no rows. The name of an object is its
-    class, with its identity behind it where there are several; of one without a class it is empty.
+    class, with its identity behind it where there are several; of one without either it is empty.
 
     Raises
     ------
@@ -215,8 +215,9 @@ def taken(
         keys = [frame for frame in frames if rows[frame].keyframe] if some else frames[:1]
         places = {frame: rows[frame].ellipse for frame in keys}
         first, last = min(rows), max(rows)
-        behind = "" if alone else f" ({identity})"
-        label = rows[frames[0]].label or ("" if alone else LABEL)
+        numbered = not alone and identity >= 0  # else it is a box without one
+        behind = f" ({identity})" if numbered else ""
+        label = rows[frames[0]].label or (LABEL if numbered else "")
         name = label[: LONGEST - len(behind)] + behind
         target = DrawnTarget(
             number, name, COLORS[0], "default", None, 0, first, last,
