@@ -13,8 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from motes.core.geometry import Ellipse, iou
-from motes.sot.discriminative.identity import BESIDE, GAIN, Identity
-from motes.sot.discriminative.standing import DECIDED
+from motes.sot.discriminative.identity import BESIDE
 
 SHARED = 0.5
 """Overlap of the boxes of two targets from which they are at one place."""
@@ -41,20 +40,10 @@ class Claim(NamedTuple):
     now: Ellipse
     """Where it is seen."""
     missed: bool
-    """Whether it was missed before this frame. If it looks like another one, it has to come out
-    from behind it; a rider may be seen again before his horse."""
-    who: Identity
-    """What it looks like there, and how it is known to look."""
-
-    @property
-    def against(self) -> float:
-        """How much speaks against its being there, in log odds."""
-        return GAIN * float(self.who.distance(self.who.look)) + DECIDED * self.missed
-
-    def like(self, other: Claim) -> bool:
-        """Return whether it looks like another one as well."""
-        difference = other.who.distance(self.who.look) - self.who.distance(self.who.look)
-        return GAIN * float(difference) < DECIDED
+    """Whether it was missed before this frame. It may be seen behind another one no more: it has to
+    come out from there."""
+    against: float
+    """How much speaks against its being there, in log odds."""
 
 
 def excluded(claims: Mapping[int, Claim]) -> dict[int, Taken]:
@@ -68,16 +57,12 @@ def excluded(claims: Mapping[int, Claim]) -> dict[int, Taken]:
         [each.before.box for each in seen], [each.now.box for each in seen]
     ))  # fmt: skip
     missed = np.array([each.missed for each in seen], bool)
-    overlap, met = iou(now[:, None], now), iou(before[:, None], before) <= SHARED
-    shared = (overlap > SHARED) & (met | missed[:, None] | missed)
-    beside = (overlap > BESIDE) & (missed[:, None] | missed)
+    met = (iou(now[:, None], now) > SHARED) & (iou(before[:, None], before) <= SHARED)
+    behind = (iou(now[:, None], now) > BESIDE) & (missed[:, None] | missed)
     owners: list[int] = []
     again = {}
     for n, index in enumerate(indices):
-        places = tuple(
-            seen[k].now for k in owners
-            if shared[n, k] or (beside[n, k] and seen[n].like(seen[k]))
-        )  # fmt: skip
+        places = tuple(seen[k].now for k in owners if met[n, k] or behind[n, k])
         if places:
             again[index] = Taken(places, BESIDE if missed[n] else SHARED)
         else:

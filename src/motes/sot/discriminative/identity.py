@@ -74,11 +74,11 @@ class Identity(msgspec.Struct, frozen=True, eq=False):
     """(h, w), the picture around it at that time."""
     shift: Floats
     """(2,), the shift of the scene since then, in pixels."""
-    look: Singles
-    """(m,), what is followed."""
     lead: Annotated[float, Meta(ge=-1, le=1)] = 1.0
     """Running mean of how much nearer what is followed looks to the target than to the neighbors:
     of the difference of both distances. Nobody is known at first."""
+    distance: Annotated[float, Meta(ge=0)] = 0.0
+    """Distance of what is followed to the nearest look of the target, where it was last seen."""
     frames: Annotated[int, Meta(ge=0)] = 0
     """Number of frames since the target was placed."""
 
@@ -93,7 +93,7 @@ class Identity(msgspec.Struct, frozen=True, eq=False):
         look = look_at(frame, box)
         nobody = np.zeros((MEMORY, len(look)), np.float32)
         known, recent = np.tile(look, (MEMORY, 1)), np.tile(look, (EVERY, 1))
-        return cls(look, known, recent, nobody, box, grays(frame, box), np.zeros(2), look)
+        return cls(look, known, recent, nobody, box, grays(frame, box), np.zeros(2))
 
     def placed(self, frame: Frame, box: Ellipse) -> Self:
         """Return the belief where the user has placed the target; neighbors are still known."""
@@ -117,18 +117,14 @@ class Identity(msgspec.Struct, frozen=True, eq=False):
         seen
             Whether something like the target is there. If not, nothing is known about who it is.
         """
-        look, lead = look_at(frame, target), self.lead
+        look, lead, distance = look_at(frame, target), self.lead, self.distance
         if seen:
-            difference = float(distances(self.neighbors, look).min() - self.distance(look))
-            lead += SHARE * (difference - lead)
+            own = distances(np.vstack([self.first, self.known]), look).min()
+            difference = float(distances(self.neighbors, look).min() - own)
+            lead, distance = lead + SHARE * (difference - lead), float(own)
         shift, frames = self.shift + camera, self.frames + 1
-        after = replace(self, look=look, lead=lead, shift=shift, frames=frames)
+        after = replace(self, lead=lead, distance=distance, shift=shift, frames=frames)
         return after if after.frames % EVERY else after._kept(frame, target, look, seen)
-
-    def distance(self, look: Singles) -> np.float32:
-        """Return the distance of a look to the nearest one of the target."""
-        out: np.float32 = distances(np.vstack([self.first, self.known]), look).min()
-        return out
 
     def _kept(self, frame: Frame, target: Ellipse, look: Singles, seen: bool) -> Self:
         """Return the belief with the looks of this frame, if the target is believed to be there."""

@@ -31,7 +31,7 @@ from motes.sot.discriminative import prediction
 from motes.sot.discriminative.config import DiscriminativeConfig
 from motes.sot.discriminative.exclusion import Claim, Taken, excluded
 from motes.sot.discriminative.expert import probability
-from motes.sot.discriminative.identity import Identity
+from motes.sot.discriminative.identity import GAIN, Identity
 from motes.sot.discriminative.localization import WindowEstimate
 from motes.sot.discriminative.network_track import AGREES, NetworkTrack
 from motes.sot.discriminative.placing import NO_PARTICLES, evidence_at, find, search, turned
@@ -166,7 +166,8 @@ class Discriminative(
         for index, (last, state) in enumerate(zip(before, after, strict=True)):
             if state.standing.confirmed:
                 missed = last.standing.missed > 0 or bool(last.taken.places)
-                claims[index] = Claim(last.ellipse, state.ellipse, missed, state.identity)
+                against = GAIN * state.identity.distance + DECIDED * missed
+                claims[index] = Claim(last.ellipse, state.ellipse, missed, against)
         again = {}
         for index, (places, overlap) in excluded(claims).items():
             taken = Taken(before[index].taken.places + places, overlap)
