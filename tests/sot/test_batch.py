@@ -83,7 +83,9 @@ def test_who_looks_elsewhere_may_find_a_third_one(
     """Steps are taken anew until nobody is where another one is, but not for ever."""
     asked: list[tuple[list[Any], list[Any]]] = []
 
-    def elsewhere(self: Discriminative, before: list[Any], after: list[Any]) -> dict[int, Any]:
+    def elsewhere(
+        self: Discriminative, before: list[Any], after: list[Any], upon: set[tuple[int, int]]
+    ) -> dict[int, Any]:
         asked.append(([*before], [*after]))
         return {0: replace(before[0])} if len(asked) <= conflicts else {}
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -9,7 +11,7 @@ from numpy.typing import NDArray
 from motes import Tracker, Trackers
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse, iou
-from motes.core.track import Track
+from motes.core.track import Status, Track
 from motes.sot.discriminative.exclusion import Claim, excluded
 
 FRONT = (62, 42, 24, 40)
@@ -32,7 +34,7 @@ def claim(before: float, now: float, against: float, *, missed: bool = False) ->
         ([claim(20, 22, 1), claim(80, 82, 2)], {}),
         ([claim(20, 40, 1), claim(60, 42, 2)], {1: [40]}),
         ([claim(20, 40, 3), claim(60, 42, 2)], {0: [42]}),
-        ([claim(40, 41, 1), claim(42, 42, 2)], {}),  # placed upon each other
+        ([claim(40, 41, 1), claim(42, 42, 2)], {}),  # one was corrected to be upon the other
         ([claim(40, 41, 1), claim(42, 42, 2, missed=True)], {1: [41]}),
         ([claim(20, 40, 1), claim(60, 54, 2)], {}),  # beside it, half covered
         ([claim(20, 40, 1), claim(60, 50, 2, missed=True)], {1: [40]}),  # not out yet
@@ -48,6 +50,14 @@ def test_who_has_to_be_elsewhere(claims: list[Claim], elsewhere: dict[int, list[
         assert taken.holds(claims[n].now)
         assert not taken.holds(at(150.0))
     assert excluded({}) == {}
+
+
+def test_who_lie_upon_each_other_take_no_place_from_each_other() -> None:
+    """But they take those of others, and others take theirs."""
+    claims = {1: claim(20, 40, 3), 4: claim(60, 42, 1, missed=True), 6: claim(90, 41, 5)}
+    assert {*excluded(claims)} == {1, 6}
+    found = excluded(claims, {(1, 4)})
+    assert {n: [place.x for place in taken.places] for n, taken in found.items()} == {6: [42, 40]}
 
 
 def film() -> list[Frame]:
@@ -112,3 +122,36 @@ def test_targets_that_do_not_meet_are_followed_as_if_alone() -> None:
         own = [alone.init(frames[0], box), *map(alone.update, frames[1:])]
         assert [each[n].ellipse for each in tracks] == [track.ellipse for track in own]
         assert [each[n].confidence for each in tracks] == [track.confidence for track in own]
+
+
+SHIRT, PERSON = (60, 44, 24, 20), (60, 36, 24, 44)
+
+
+@pytest.mark.parametrize("added", [False, True])
+def test_a_shirt_that_was_hidden_is_found_again_upon_its_person(
+    added: bool, tmp_path: Path
+) -> None:
+    """It never comes out from behind him; also if the trackers are saved meanwhile."""
+    rng = np.random.default_rng(0)
+    ground = rng.integers(60, 200, (15, 20, 3)).repeat(8, axis=0).repeat(8, axis=1)
+    cloth = rng.integers(0, 255, (11, 6, 3)).repeat(4, axis=0).repeat(4, axis=1)
+    ground[36:80, 60:84] = cloth
+    trackers = Trackers()
+    for index in range(30):
+        pixels = ground.copy()
+        if 5 <= index < 12:
+            pixels[44:64, 56:88] = 128  # a board
+        frame = Frame(index, index * FRAME_INTERVAL, pixels.astype(np.uint8))
+        if index == 0:
+            trackers.init(frame, [PERSON] if added else [PERSON, SHIRT])
+            if added:
+                trackers.add(SHIRT)
+            trackers.save(tmp_path / "two.motes")
+            trackers = Trackers.load(tmp_path / "two.motes")
+        else:
+            tracks = trackers.update(frame)
+        if index == 11:
+            assert tracks[1].status is not Status.TRACKING
+    assert [track.status for track in tracks] == [Status.TRACKING] * 2
+    assert iou(tracks[0].box, PERSON) > 0.7
+    assert iou(tracks[1].box, SHIRT) > 0.7

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
@@ -70,13 +70,28 @@ class Algorithm(Generic[S]):
         The state after this frame, and what the algorithm reports of it.
         """
 
-    def elsewhere(self, before: Sequence[S], after: Sequence[S]) -> dict[int, S]:
+    def upon(self, first: S, second: S) -> bool:
+        """Return whether targets of one frame lie upon each other, as a person and his shirt do.
+
+        By default none do.
+        """
+        return False
+
+    def elsewhere(
+        self,
+        before: Sequence[S],
+        after: Sequence[S],
+        upon: Set[tuple[int, int]] = frozenset(),
+    ) -> dict[int, S]:
         """Return states to step from anew, by index, of targets found where another one is.
 
         Parameters
         ----------
         before, after
             The states of targets in one video, before a frame and after it.
+        upon
+            Pairs of indices, the lower one first, of targets that may be at one place: they were
+            placed upon each other.
 
         Returns
         -------

@@ -30,9 +30,11 @@ class Trackers:
 
     No two are at one place: where objects that were apart are found at one, it is that of the one
     that is most like itself there, and the others look elsewhere (`Algorithm.elsewhere`; preset
-    default alone does so). Where nobody meets, object i, counted from the first one that was ever
-    added, has the same tracks as with `Tracker(config, seed + i)` alone, to the last bit, for any
-    number of threads. With several threads, use it in a `with` statement, or call `close`.
+    default alone does so). Objects that `init` or `add` places upon each other, such as a person
+    and his shirt, may stay so (`Algorithm.upon`). Where nobody meets, object i, counted from the
+    first one that was ever added, has the same tracks as with `Tracker(config, seed + i)` alone, to
+    the last bit, for any number of threads. With several threads, use it in a `with` statement, or
+    call `close`.
 
     Parameters
     ----------
@@ -70,6 +72,7 @@ class Trackers:
         self._closed = False
         self._last: Frame | None = None
         self._begun = 0  # how many objects there have been
+        self._upon: set[tuple[int, int]] = set()  # who lie upon each other, by their seeds
         self.each = []
 
     def init(self, frame: Picture, regions: Sequence[Numbers] | NDArray[Any]) -> list[Track]:
@@ -86,7 +89,10 @@ class Trackers:
         picture = self._picture(frame)
         each = [Tracker(self._config, self._seed + i) for i in range(len(regions))]
         tracks = [tracker.init(picture, box) for tracker, box in zip(each, regions, strict=True)]
-        self.each, self._last, self._begun = each, picture, len(each)
+        self.each, self._last, self._begun = [], picture, len(each)
+        self._upon = set()
+        for tracker in each:
+            self._append(tracker)
         return tracks
 
     def add(self, region: Numbers) -> Track:
@@ -100,9 +106,18 @@ class Trackers:
         last = self._started()
         tracker = Tracker(self._config, self._seed + self._begun)
         track = tracker.init(last, region)
-        self.each.append(tracker)
+        self._append(tracker)
         self._begun += 1
         return track
+
+    def _append(self, tracker: Tracker) -> None:
+        """Take a tracker of an object of the last frame as the last one."""
+        self._upon = self._upon | {
+            (each._seed, tracker._seed)
+            for each in self.each
+            if self._config.upon(each._state, tracker._state)
+        }
+        self.each.append(tracker)
 
     def remove(self, place: int) -> None:
         """Follow the object at a place in `each`, from 0, no more; those behind it move up.
@@ -131,8 +146,14 @@ class Trackers:
         for tracker in self.each:
             tracker._following(picture)
         steps, before = self._steps(picture), [each._state for each in self.each]
+        places = {tracker._seed: place for place, tracker in enumerate(self.each)}
+        upon = {
+            (places[first], places[second])
+            for first, second in self._upon
+            if first in places and second in places
+        }
         for _ in self.each:  # who looks elsewhere may find a third one
-            again = self._config.elsewhere(before, [state for state, _ in steps])
+            again = self._config.elsewhere(before, [state for state, _ in steps], upon)
             for index, state in again.items():
                 before[index], steps[index] = state, self.each[index]._stepped(picture, state)
             if not again:
@@ -174,7 +195,8 @@ class Trackers:
         objects = [tracker._plain() for tracker in self.each]
         frame, *_ = [plain.pop("frame") for plain in objects]  # the same for all
         config = self.each[0].config.to_dict()
-        saved = _SavedGroup(config, self._seed, self._begun, self._bgr, frame, objects)
+        upon = sorted(self._upon)
+        saved = _SavedGroup(config, self._seed, self._begun, self._bgr, frame, objects, upon)
         save_plain(path, msgspec.structs.asdict(saved))
 
     @classmethod
@@ -197,6 +219,7 @@ class Trackers:
             Tracker._of_plain({**each, "frame": saved.frame}) for each in saved.objects
         ]
         trackers._last, trackers._begun = trackers.each[0]._frame, saved.begun
+        trackers._upon = {*saved.upon}
         return trackers
 
     def _started(self) -> Frame:
@@ -235,3 +258,4 @@ class _SavedGroup(msgspec.Struct):
     bgr: bool
     frame: Any
     objects: Annotated[list[dict[str, Any]], Meta(min_length=1)]
+    upon: list[tuple[int, int]]

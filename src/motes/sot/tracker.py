@@ -368,7 +368,7 @@ class Tracker:
         return track
 
 
-FORMAT = 15
+FORMAT = 16
 """Version of the format of saved trackers."""
 L = TypeVar("L")
 

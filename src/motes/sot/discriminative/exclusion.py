@@ -7,7 +7,7 @@ one place, it belongs to the one that is most like itself there, and the others 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from typing import NamedTuple
 
 import numpy as np
@@ -46,10 +46,12 @@ class Claim(NamedTuple):
     """How much speaks against its being there, in log odds."""
 
 
-def excluded(claims: Mapping[int, Claim]) -> dict[int, Taken]:
+def excluded(
+    claims: Mapping[int, Claim], upon: Set[tuple[int, int]] = frozenset()
+) -> dict[int, Taken]:
     """Return who has to look again, by index, and the places that others have taken.
 
-    Targets that the user has placed upon each other stay there until one of them is missed.
+    Pairs of indices `upon` each other, the lower one first, take no place from each other.
     """
     indices = sorted(claims, key=lambda index: claims[index].against)
     seen = [claims[index] for index in indices]
@@ -62,7 +64,12 @@ def excluded(claims: Mapping[int, Claim]) -> dict[int, Taken]:
     owners: list[int] = []
     again = {}
     for n, index in enumerate(indices):
-        places = tuple(seen[k].now for k in owners if met[n, k] or behind[n, k])
+        places = tuple(
+            seen[k].now
+            for k in owners
+            if (met[n, k] or behind[n, k])
+            and (min(index, indices[k]), max(index, indices[k])) not in upon
+        )
         if places:
             again[index] = Taken(places, BESIDE if missed[n] else SHARED)
         else:

@@ -14,7 +14,7 @@ trained network, if there is one, follows the target beside the particles (`netw
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from typing import ClassVar
 
 import numpy as np
@@ -31,7 +31,7 @@ from motes.sot.discriminative import prediction
 from motes.sot.discriminative.config import DiscriminativeConfig
 from motes.sot.discriminative.exclusion import Claim, Taken, excluded
 from motes.sot.discriminative.expert import probability
-from motes.sot.discriminative.identity import GAIN, Identity
+from motes.sot.discriminative.identity import BESIDE, GAIN, Identity
 from motes.sot.discriminative.localization import WindowEstimate
 from motes.sot.discriminative.network_track import AGREES, NetworkTrack
 from motes.sot.discriminative.placing import NO_PARTICLES, evidence_at, find, search, turned
@@ -158,8 +158,15 @@ class Discriminative(
         after, info = self._joined(rng, after, frame, info, look.evidence)
         return replace(after, taken=Taken()), info
 
+    def upon(self, first: DiscriminativeState, second: DiscriminativeState) -> bool:
+        """Return whether targets of one frame overlap by more than `BESIDE`."""
+        return bool(iou(first.ellipse.box, second.ellipse.box) > BESIDE)
+
     def elsewhere(
-        self, before: Sequence[DiscriminativeState], after: Sequence[DiscriminativeState]
+        self,
+        before: Sequence[DiscriminativeState],
+        after: Sequence[DiscriminativeState],
+        upon: Set[tuple[int, int]] = frozenset(),
     ) -> dict[int, DiscriminativeState]:
         """Return the states of the targets that are where another one is; see `exclusion.py`."""
         claims = {}
@@ -169,7 +176,7 @@ class Discriminative(
                 against = GAIN * state.identity.distance + DECIDED * missed
                 claims[index] = Claim(last.ellipse, state.ellipse, missed, against)
         again = {}
-        for index, (places, overlap) in excluded(claims).items():
+        for index, (places, overlap) in excluded(claims, upon).items():
             taken = Taken(before[index].taken.places + places, overlap)
             again[index] = replace(before[index], taken=taken)
         return again
