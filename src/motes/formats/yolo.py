@@ -11,6 +11,7 @@ them, so identities have no place.
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Iterator
 from dataclasses import replace
@@ -199,7 +200,8 @@ def _labels(folder: Path) -> Path:
 
 def _parts(folder: Path) -> list[str]:
     """Return the folders in a folder that have texts, as of another film or part of a set."""
-    places = {each.parent.relative_to(folder) for each in folder.glob("*/**/*.txt")}
+    texts = itertools.chain(folder.glob("*/*.txt"), folder.glob("*/*/*.txt"))  # as train/labels
+    places = {each.parent.relative_to(folder) for each in texts}
     return sorted(place.as_posix() for place in places)
 
 
