@@ -36,6 +36,8 @@ CLASSES, DARKNET = "classes.txt", "obj.names"
 """Files with a class in each line; CVAT has the second one beside a folder of YOLO 1.1."""
 LABELS = "labels"
 """The folder of the texts."""
+SAID = 3
+"""Folders of texts that an error names; the others are counted."""
 IMAGES = "train.txt"
 HEAD = f"""# The images that {IMAGES} lists belong into the folder images.
 train: {IMAGES}
@@ -126,7 +128,9 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     if not stems:
         if parts := _parts(path):
             which = "one of these folders" if len(parts) > 1 else "that folder"
-            raise FormatError(f"its labels are in {' and '.join(parts)}; give {which}")
+            more = [f"{len(parts) - SAID} more"] * (len(parts) > SAID)
+            named = " and ".join(parts[:SAID] + more)
+            raise FormatError(f"its labels are in {named}; give {which}")
         raise FormatError("it has no labels; they are texts with the number of a frame, .txt")
     notes = note_on_names(stems.values(), facts)
     shifted = from_one and any(map(theirs.fullmatch, stems.values()))
