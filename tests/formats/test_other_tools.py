@@ -427,6 +427,10 @@ def test_labels_in_folders_below_are_not_lost_unsaid(tmp_path: Path) -> None:
         yolo(folder / "set" / part, "", n_7=LINE)
     with pytest.raises(SourceError, match="in train/labels and valid/labels; give one of these"):
         registry.read(folder / "set", "yolo", FILM)
+    for part in ("a", "b", "c"):
+        yolo(folder / "set" / part, "", n_7=LINE)
+    with pytest.raises(SourceError, match="in a/labels and b/labels and c/labels and 2 more; give"):
+        registry.read(folder / "set", "yolo", FILM)
 
 
 def _coco(*names: str | dict[str, Any], **more: Any) -> Any:

@@ -11,6 +11,7 @@ them, so identities have no place.
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Iterator
 from dataclasses import replace
@@ -35,6 +36,8 @@ CLASSES, DARKNET = "classes.txt", "obj.names"
 """Files with a class in each line; CVAT has the second one beside a folder of YOLO 1.1."""
 LABELS = "labels"
 """The folder of the texts."""
+SAID = 3
+"""Folders of texts that an error names; the others are counted."""
 IMAGES = "train.txt"
 HEAD = f"""# The images that {IMAGES} lists belong into the folder images.
 train: {IMAGES}
@@ -125,7 +128,9 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     if not stems:
         if parts := _parts(path):
             which = "one of these folders" if len(parts) > 1 else "that folder"
-            raise FormatError(f"its labels are in {' and '.join(parts)}; give {which}")
+            more = [f"{len(parts) - SAID} more"] * (len(parts) > SAID)
+            named = " and ".join(parts[:SAID] + more)
+            raise FormatError(f"its labels are in {named}; give {which}")
         raise FormatError("it has no labels; they are texts with the number of a frame, .txt")
     notes = note_on_names(stems.values(), facts)
     shifted = from_one and any(map(theirs.fullmatch, stems.values()))
@@ -199,7 +204,8 @@ def _labels(folder: Path) -> Path:
 
 def _parts(folder: Path) -> list[str]:
     """Return the folders in a folder that have texts, as of another film or part of a set."""
-    places = {each.parent.relative_to(folder) for each in folder.glob("*/**/*.txt")}
+    texts = itertools.chain(folder.glob("*/*.txt"), folder.glob("*/*/*.txt"))  # as train/labels
+    places = {each.parent.relative_to(folder) for each in texts}
     return sorted(place.as_posix() for place in places)
 
 
