@@ -71,12 +71,18 @@ def only(text: str) -> TruthRegion:
     "row",
     [
         *["NaN,NaN,NaN,NaN", "nan", "0,0,0,0", "5,5,0,9", "5,5,9,0", "5,5,-3,9"],
-        *["0", "1", "2", "NaN,NaN,NaN,NaN,NaN,NaN,NaN,NaN", "0,0,0,0,0,0,0,0"],
+        *["0", "NaN,NaN,NaN,NaN,NaN,NaN,NaN,NaN", "0,0,0,0,0,0,0,0"],
         *["3,4,9,4,9,4,3,4", "m0,0,0,0,0", "m3,4,2,2,4", "m3,4,2,2"],
     ],
 )
 def test_rows_without_target(row: str) -> None:
     assert only(row) is ABSENT
+
+
+@pytest.mark.parametrize("code", ["1", "2"])
+def test_codes_of_results_tell_no_place(code: str) -> None:
+    assert np.isnan(only(code).box).all()
+    assert np.isnan(only(code).ellipse).all()
 
 
 @pytest.mark.parametrize(
