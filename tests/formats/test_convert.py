@@ -653,3 +653,30 @@ def test_where_a_tracker_of_vot_began_or_failed_is_no_empty_example(go: Tell) ->
     assert "with 2 of the 4" in go("convert truth.txt a.yolo --from vot --size 320x240")[1]
     texts = {path.stem[-1]: path.read_text() for path in Path("a.yolo/labels").glob("*.txt")}
     assert {stem: bool(text) for stem, text in texts.items()} == {"1": True, "3": False, "4": True}
+
+
+def test_a_frame_of_a_crowd_or_skeletons_alone_is_no_empty_example(go: Tell) -> None:
+    images = [
+        {"id": i, "file_name": f"frame_{i:06d}.png", "width": 99, "height": 99} for i in range(4)
+    ]
+    one = {"category_id": 1, "bbox": [9, 9, 20, 20]}
+    bare = {"bbox": [0, 0, 0, 0], "keypoints": [9, 9, 2]}
+    given = [one | {"image_id": 0}, one | {"image_id": 0, "iscrowd": 1}]
+    given += [one | {"image_id": 1, "iscrowd": 1}, one | {"image_id": 2} | bare]
+    document = {"images": images, "annotations": given, "categories": [{"id": 1, "name": "car"}]}
+    Path("a.json").write_text(json.dumps(document))
+    bones = '<skeleton label="car" frame="{}"/>'
+    box = '<box frame="0" xtl="9" ytl="9" xbr="29" ybr="29"/>'
+    parts = box + bones.format(0), bones.format(1), '<cuboid frame="2" outside="0"/>'
+    tracks = [f'<track id="{i}" label="car">{part}</track>' for i, part in enumerate(parts)]
+    size = "<original_size><width>99</width><height>99</height></original_size>"
+    task = f"<meta><task><size>4</size>{size}</task></meta>"
+    Path("tracks.xml").write_text(f"<annotations>{task}{''.join(tracks)}</annotations>")
+    named = [f'<image id="{i}" name="frame_{i:06d}.png" width="99" height="99">' for i in range(4)]
+    held = box.replace("<box", '<box label="car"') + bones, bones, '<cuboid label="car"/>', ""
+    shown = (f"{image}{part}</image>" for image, part in zip(named, held, strict=True))
+    Path("images.xml").write_text(f"<annotations>{task}{''.join(shown)}</annotations>")
+    for name in ("a.json", "tracks.xml", "images.xml"):
+        assert go(f"convert {name} a.yolo --overwrite")[0] == 0
+        texts = {path.stem[-1]: path.read_text() for path in Path("a.yolo/labels").glob("*.txt")}
+        assert {stem: bool(text) for stem, text in texts.items()} == {"0": True, "3": False}, name

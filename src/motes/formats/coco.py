@@ -27,6 +27,7 @@ from motes.formats.recording import (
     ANONYMOUS,
     FilmFacts,
     Recording,
+    alone,
     are_samples,
     placed,
     sound,
@@ -203,15 +204,17 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     frames, notes = _frames(document.images, images_of(facts))
     images = {image.id: image for image in document.images}
     labels = {each.id: each.name for each in document.categories}
-    objects = []
+    objects, unplaced = [], set[int]()
     for number, each in enumerate(document.annotations):
         with at(f"annotations[{number}]"):
             if each.image_id not in frames:
                 raise ValueError(f"its image {each.image_id} is missing")
             if labels and each.category_id not in labels:
                 raise ValueError(f"its category {each.category_id} is missing")
-            if not (each.is_crowd or each.is_skeleton):
-                frame, label = frames[each.image_id], labels.get(each.category_id)
+            frame, label = frames[each.image_id], labels.get(each.category_id)
+            if each.is_crowd or each.is_skeleton:
+                unplaced.add(frame)
+            else:
                 objects.append(_row(each, frame, images[each.image_id], label, facts))
     size = max(((image.width, image.height) for image in document.images), default=(0, 0))
     times = {frames[image.id]: image.time for image in document.images}
@@ -232,7 +235,8 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     }  # fmt: skip
     left_out = [text.format(counted(*number)) for text, number in others.items() if number[0]]
     left_out += unread({name for each in given for name in each.attributes} - KNOWN)
-    found = Recording.of(facts, objects, times, size, files, left_out)
+    searched = alone(unplaced, objects)
+    found = Recording.of(facts, objects, times, size, files, left_out, searched)
     numbers = sorted(times)
     return replace(found, notes=notes, stride=stride_of(numbers), listed=are_samples(numbers))
 

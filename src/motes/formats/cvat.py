@@ -27,6 +27,7 @@ from motes.formats.recording import (
     MOST_FRAMES,
     FilmFacts,
     Recording,
+    alone,
     frames_between,
     placed,
     sound,
@@ -181,7 +182,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     if any(each.tag in SHAPES for part in root.iter() if part.tag not in HOLDERS for each in part):
         raise FormatError("it has a shape that is in no track and in no image")
     _check_one_task(root, [*tracks, *images])
-    ids, step = set[int](), _step(root)
+    ids, step, unplaced = set[int](), _step(root), set[int]()
     for place, track in enumerate(tracks):
         with at(f"track {track.get('id', place)}"):
             identity = whole(track.get("id", str(place)))
@@ -189,6 +190,8 @@ def read(path: Path, facts: FilmFacts) -> Recording:
                 raise ValueError("its id is negative, or that of another track")
             ids.add(identity)
             objects += _read_track(track, identity, _label(track, facts), step)
+            shapes = (shape for shape in track if shape.tag in UNREAD)
+            unplaced |= {_frame(shape) for shape in shapes if not _flag(shape, "outside")}
     frames, notes = _frames_of(images, images_of(facts))
     files = dict[int, str]()
     for image, frame in zip(images, frames, strict=True):
@@ -196,6 +199,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
             if frame in files:
                 raise ValueError("its frame is that of another image")
             files[frame] = image.get("name", "")
+            unplaced |= {frame for shape in image if shape.tag in UNREAD}
             objects += [
                 _row(shape, frame, ANONYMOUS, _label(shape, facts))
                 for shape in image
@@ -217,7 +221,8 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     shapes = (shape for part in (*tracks, *images) for shape in part if shape.tag in SHAPES)
     left_out += unread({each.get("name", "") for shape in shapes for each in shape})
     size = _size(root, images)
-    found = Recording.of(facts, objects, times, size, named, left_out)
+    searched = alone(unplaced, objects)
+    found = Recording.of(facts, objects, times, size, named, left_out, searched)
     return replace(found, notes=notes, stride=step)
 
 
@@ -309,6 +314,8 @@ def _label(element: Element, facts: FilmFacts) -> str | None:
 METAS = ("meta/task", "meta/job", "meta/project/tasks/task", "meta")
 """Where a document may describe its film."""
 HOLDERS = ("track", "image", "skeleton")
+UNREAD = ("skeleton", "cuboid")
+"""Shapes that are objects, but left out."""
 BOXED = ("polygon", "polyline", "points", "mask")
 """Shapes of which the box is taken."""
 SHAPES = ("box", "ellipse", *BOXED)

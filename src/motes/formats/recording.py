@@ -232,6 +232,14 @@ def stride_of(frames: Sequence[int]) -> int:
     return math.gcd(*(two - one for one, two in pairwise(frames))) if len(frames) > 2 else 1
 
 
+def alone(frames: Iterable[int], objects: Iterable[Track]) -> list[tuple[int, int]]:
+    """Return what is `searched` in frames that show nothing but objects whose places are not read.
+
+    Others would take such a frame for an empty one.
+    """
+    return [(frame, ANONYMOUS) for frame in {*frames} - {each.frame for each in objects}]
+
+
 def are_samples(frames: Sequence[int]) -> bool:
     """Return whether frames in order are picked from a film one by one.
 
