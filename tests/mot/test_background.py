@@ -364,6 +364,17 @@ def test_a_camera_that_sways_and_gets_darker_or_brighter_shows_nothing(gain: flo
     assert detector.warnings == {}
 
 
+def test_a_camera_that_pans_after_a_rest_is_noticed_and_shows_nothing() -> None:
+    """It pans so slowly that it seems to sway first."""
+    rng, detector = np.random.default_rng(0), BackgroundDetector()
+    ground = np.kron(rng.integers(60, 160, (30, 60, 3)), np.ones((8, 8, 1)))
+    for index in range(100):
+        left = max(0, index - 30)
+        noisy = ground[:, left : left + 320] + rng.normal(0, 2, (240, 320, 3))
+        assert detector(Frame(index, index / 25, noisy.clip(0, 255).astype(np.uint8))) == []
+    assert "Frame 39: the camera moves" in detector.warnings["camera"]
+
+
 def test_a_sway_is_found_in_whole_pixels() -> None:
     rng = np.random.default_rng(0)
     ground = rng.integers(0, 256, (120, 160, 3)).astype(np.uint8)

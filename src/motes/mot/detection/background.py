@@ -205,7 +205,7 @@ class BackgroundDetector:
             self._begin(first, frame)
         pixels = self._steady(pixels, FARTHEST if begins else STEP)
         known = self._shifted(self._moved, -1)
-        if self._reference.has_moved(pixels):
+        if self._reference.has_moved(pixels) or self._sway.ends:
             self._begin(frame.pixels, frame)
             self._rest = STILL
             if not begins:

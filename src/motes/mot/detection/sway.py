@@ -17,8 +17,8 @@ from motes.mot.pairs import Integers
 Shift: TypeAlias = tuple[int, int]
 """How far what a picture shows lies to the right of, and below, where the background shows it."""
 
-FARTHEST = 8
-"""Largest shift in x and y, in pixels; a camera that moves farther has another background."""
+FARTHEST = 9
+"""Largest shift in x and y that is told, in pixels; a camera that moves so far sways no more."""
 STEP = 2
 """Largest change of the shift from frame to frame, at first, in x and y; it may be repeated."""
 BLOCK = 16
@@ -55,6 +55,11 @@ class Sway:
     def __init__(self) -> None:
         self.shift: Shift = (0, 0)
         self._rows = self._columns = self._colors = np.empty(0, np.int64)
+
+    @property
+    def ends(self) -> bool:
+        """Whether the camera has moved as far as can be told, or farther, and sways no more."""
+        return max(map(abs, self.shift)) == FARTHEST
 
     def refer(self, background: Bytes) -> None:
         """Take green of the background (H, W) as what pictures are compared with."""
