@@ -6,13 +6,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes import Tracker, Trackers
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse, iou
 from motes.core.track import Status, Track
-from motes.sot.discriminative.exclusion import Claim, excluded
+from motes.sot.discriminative.exclusion import Claim, Taken, excluded
+from motes.sot.discriminative.standing import Standing
+from motes.sot.discriminative.state import DiscriminativeState
+from motes.sot.discriminative.tracker import Discriminative
 
 FRONT = (62, 42, 24, 40)
 """The box of who stands in front."""
@@ -155,3 +159,24 @@ def test_a_shirt_that_was_hidden_is_found_again_upon_its_person(
     assert [track.status for track in tracks] == [Status.TRACKING] * 2
     assert iou(tracks[0].box, PERSON) > 0.7
     assert iou(tracks[1].box, SHIRT) > 0.7
+
+
+def test_who_was_missed_or_told_already_gives_way() -> None:
+    """By one log odd, so that small differences of looks do not exchange two who look alike."""
+    config, frame = Discriminative(), film()[0]
+    rng = np.random.default_rng(0)
+    start, _ = config.init(rng, frame, Ellipse(50.0, 50.0, 10.0, 20.0))
+
+    def state(x: float, distance: float, *, missed: int = 0) -> DiscriminativeState:
+        identity = replace(start.identity, distance=distance)
+        standing = Standing(missed=missed, confirmed=1)
+        return replace(start, ellipse=at(x), identity=identity, standing=standing)
+
+    here, near = [state(50, 0.01), state(50, 0.05)], [state(50, 0.01), state(60, 0.05)]
+    assert {*config.elsewhere([state(20, 0), state(80, 0)], here)} == {1}
+    assert {*config.elsewhere([state(20, 0, missed=1), state(80, 0)], here)} == {0}
+    apart = [state(20, 0), state(80, 0)]
+    assert config.elsewhere(apart, near) == {}
+    told = replace(apart[0], taken=Taken((at(150.0),)))
+    again = config.elsewhere([told, apart[1]], near)
+    assert [place.x for place in again[0].taken.places] == [150.0, 60.0]
