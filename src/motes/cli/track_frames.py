@@ -145,7 +145,7 @@ class Changes:
                 self._away = max(self._away, track.time - self._lost_since)
 
     def told(self) -> list[str]:
-        """Return what is said of it at the end."""
+        """Return the changes that the summary names."""
         told = self._told[:EVENTS]
         if len(self._told) > EVENTS:
             told.append(f"{len(self._told) - EVENTS} more changes")
