@@ -8,30 +8,33 @@ from typing import Self
 
 from motes.cli.frame_loop import Moment, Sink
 from motes.core.frame import FRAME_INTERVAL
+from motes.core.types import Bytes
 from motes.mot.analytics.regions import Regions
-from motes.output.overlay import Draw
 from motes.output.painters import ScenePainter, TargetPainter
 from motes.rows.writer import check_writable
 from motes.video.film import Film
 from motes.video.sources import Source
 from motes.video.writer import VideoWriter
 
+Paint = Callable[[Moment], Bytes]
+"""Returns the picture of a result; called with each of them."""
 
-def painted_scene(places: Regions) -> Callable[[Moment], Draw]:
+
+def painted_scene(places: Regions) -> Paint:
     """Return what paints several objects, the time, and the crossings, entries and exits so far."""
     painter = ScenePainter(places)
 
     return lambda moment: painter.painted(moment.frame, moment.tracks, moment.events)
 
 
-def painted_target(*, metres: bool = False) -> Callable[[Moment], Draw]:
+def painted_target(*, metres: bool) -> Paint:
     """Return what paints one object, its particles and its trail, and its speed in metres."""
     painter = TargetPainter(metres=metres)
 
-    def painted(moment: Moment) -> Draw:
+    def painted(moment: Moment) -> Bytes:
         info = moment.info
         if info is None:
-            return lambda: moment.frame.pixels
+            return moment.frame.pixels
         return painter.painted(moment.frame, moment.target, info.ellipses, info.weights)
 
     return painted
@@ -47,7 +50,7 @@ class AnnotatedVideo(Sink):
     source, stride
         The source, of which every n-th frame is used.
     painted
-        Returns a function that draws a result; called with each of them.
+        What makes the pictures.
 
     Raises
     ------
@@ -60,7 +63,7 @@ class AnnotatedVideo(Sink):
         path: Path,
         source: Source | Film,
         stride: int,
-        painted: Callable[[Moment], Draw],
+        painted: Paint,
         *,
         overwrite: bool,
     ) -> None:
@@ -74,7 +77,7 @@ class AnnotatedVideo(Sink):
         time = moment.frame.time
         if self._start is None:
             self._start = time
-        self._writer.write(self._painted(moment)(), time - self._start)
+        self._writer.write(self._painted(moment), time - self._start)
 
     @property
     def result(self) -> str | None:

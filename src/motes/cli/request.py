@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Generic, TypeVar
 
-from motes.cli.annotated_video import AnnotatedVideo
-from motes.cli.frame_loop import Moment, Sink
+from motes.cli.annotated_video import AnnotatedVideo, Paint
+from motes.cli.frame_loop import Sink
 from motes.cli.option_groups import FrameOptions, OutputOptions
 from motes.cli.outputs import (
     STREAMED,
@@ -23,7 +23,6 @@ from motes.core.files import is_special, leftovers
 from motes.correction.history import History
 from motes.mot.analytics.real_units import RealUnits
 from motes.mot.analytics.regions import Regions
-from motes.output.overlay import Draw
 from motes.rows.schema import Form
 from motes.rows.writer import TrackWriter
 from motes.video.film import Film
@@ -66,8 +65,8 @@ class Request(Generic[Configuration]):
             return None
         return History.path(Path(output)) if format_of(output, form) in STREAMED else None
 
-    def pictures(self, film: Source | Film, painted: Callable[[Moment], Draw]) -> list[Sink]:
-        """Return the output --overlay; `painted` returns what draws a result."""
+    def pictures(self, film: Source | Film, painted: Paint) -> list[Sink]:
+        """Return the output --overlay, whose pictures `painted` makes."""
         if (path := self.outputs.overlay) is None:
             return []
         stride, anew = self.frames.stride, self.overwrite

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Callable
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -19,8 +18,6 @@ if TYPE_CHECKING:
     from PIL import Image, ImageFont
 
 Color = tuple[int, int, int]
-Draw = Callable[[], NDArray[np.uint8]]
-"""Draws a picture, RGB uint8 (H, W, 3), when it is called."""
 
 # The palette of Okabe and Ito, whose colors color-blind readers can distinguish.
 COLORS: dict[Status, Color] = {

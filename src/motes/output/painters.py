@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections import Counter, deque
 from collections.abc import Sequence
-from functools import partial
 from math import isfinite, nan
 
 from motes.core.frame import Frame
 from motes.core.track import ROUNDING, Status, Track
-from motes.core.types import Floats
+from motes.core.types import Bytes, Floats
 from motes.mot.analytics.event import Event
 from motes.mot.analytics.regions import Regions
-from motes.output.overlay import Draw, describe, draw
+from motes.output.overlay import describe, draw
 from motes.output.scene_overlay import Point, draw_scene
 
 TRAIL = 50
@@ -34,16 +33,16 @@ class TargetPainter:
         target: Track,
         particles: Floats | None = None,
         weights: Floats | None = None,
-    ) -> Draw:
-        """Return a function that draws the next frame."""
+    ) -> Bytes:
+        """Return the next frame with all of this on it."""
         seen = target.status is Status.TRACKING
         self._trail.append(target.ellipse[:2] if seen else NOWHERE)
         label, speed = None, target.number("speed")
         if self._metres and isfinite(speed):
             label = f"{describe(target)}  {speed_label(speed)}"
-        return partial(
-            draw, frame.pixels, target, particles=particles, weights=weights,
-            trail=list(self._trail), label=label,
+        return draw(
+            frame.pixels, target, particles=particles, weights=weights, trail=self._trail,
+            label=label,
         )  # fmt: skip
 
 
@@ -63,8 +62,8 @@ class ScenePainter:
         self._trails: dict[int, deque[Point]] = {}
         self._totals: Counter[str] = Counter()
 
-    def painted(self, frame: Frame, tracks: Sequence[Track], events: Sequence[Event] = ()) -> Draw:
-        """Return a function that draws the next frame, with the events up to it."""
+    def painted(self, frame: Frame, tracks: Sequence[Track], events: Sequence[Event] = ()) -> Bytes:
+        """Return the next frame with all of this on it, and with the events up to it."""
         # A detection without an identity has no past.
         here = {each.identity for each in tracks if each.identity > 0}
         self._trails = {
@@ -79,10 +78,9 @@ class ScenePainter:
         minutes, seconds = divmod(int(frame.time), 60)
         totals = [f"{what} {count}" for what, count in sorted(self._totals.items())]
         caption = [f"{minutes}:{seconds:02}", *totals]
-        trails = {identity: list(trail) for identity, trail in self._trails.items()}
         every = {each.identity: each.number("speed") for each in tracks}
         notes = {name: speed_label(speed) for name, speed in every.items() if isfinite(speed)}
-        return partial(draw_scene, frame.pixels, tracks, trails, self._places, caption, notes)
+        return draw_scene(frame.pixels, tracks, self._trails, self._places, caption, notes)
 
 
 def speed_label(speed: float) -> str:

@@ -31,7 +31,7 @@ def annotated(place: Workplace, tables: Mapping[int, Table], path: str) -> bytes
         for frame in film.forward(first, last):
             here = by_frame.get(frame.index, [])
             several = len(found) > 1
-            draw = scene.painted(frame, here) if several else target.painted(frame, here[0])
-            writer.write(draw(), frame.time - film.times[first])
+            drawn = scene.painted(frame, here) if several else target.painted(frame, here[0])
+            writer.write(drawn, frame.time - film.times[first])
             place.check()
     return b""
