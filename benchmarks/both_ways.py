@@ -25,7 +25,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, iou
 from motes.core.track import Track
 from motes.core.types import Floats
-from motes.correction.correct import correct_stretch, smooth
+from motes.correction.correct import passes_over, smooth
 from motes.correction.join import Stretch, enclosing
 from motes.correction.passes import run_pass
 from motes.sot.presets import preset
@@ -78,7 +78,8 @@ def stretch_numbers(
     begin, end = Ellipse.from_box(boxes[first]), Ellipse.from_box(boxes[last])
     config = preset(name)
     ahead = run_pass(config, seed, reader.forward(first, last), begin)
-    joined = correct_stretch(reader, Stretch(first, last, begin, end), config, seed)
+    stretch = Stretch(first, last, begin, end)
+    joined = stretch.course(*passes_over(reader, stretch, config, seed))
     after = np.array([np.diag(row) for row in joined.variances[:, :2]])
     return compared(ahead, (joined.ellipses, after), boxes[first : last + 1])[1:-1]
 

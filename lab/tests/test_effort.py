@@ -10,12 +10,19 @@ import pytest
 import arena
 from in_process import work_here
 from motes import Ellipse, preset
-from motes.correction import Keyframes, run_pass
+from motes.correction import run_pass
 from motes.synthetic import occluded
 from motes.video import Film as Reader
 from motes_lab.cli import main
 from motes_lab.effort.annotator import annotate, annotate_equidistant
-from motes_lab.effort.methods import Film, equidistant, forward_only, interpolated, smoothed
+from motes_lab.effort.methods import (
+    Film,
+    Keyframes,
+    equidistant,
+    forward_only,
+    interpolated,
+    smoothed,
+)
 from motes_lab.effort.methods import Path as Rows
 
 FRAMES = 30

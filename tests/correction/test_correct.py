@@ -18,9 +18,10 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, iou
 from motes.core.track import Status, Track
 from motes.correction.coordinates import overlap_probability, variances_told
-from motes.correction.correct import correct_stretch, partial, stretches, tracks_of
+from motes.correction.correct import passes_over
 from motes.correction.doubts import ranked
 from motes.correction.join import Stretch
+from motes.correction.passes import Course
 from motes.sot.presets import preset
 from motes.synthetic.clips import Clip, occluded
 
@@ -119,21 +120,21 @@ def test_only_neighboring_stretches_are_made_anew(
 
 def test_stretches_meet_at_keyframes() -> None:
     region = Ellipse(5, 5, 3, 3)
-    found = stretches(range(10, 50), {20: region, 25: None, 30: region})
+    found = Stretch.between(range(10, 50), {20: region, 25: None, 30: region})
     assert [(each.first, each.last) for each in found] == [(10, 20), (20, 30), (30, 49)]
     assert found[0].begin is None
     assert found[1] == Stretch(20, 30, region, region, frozenset({25}))
     assert found[2].end is None
-    assert stretches(range(7, 8), {7: region}) == [Stretch(7, 7, region, None)]
+    assert Stretch.between(range(7, 8), {7: region}) == [Stretch(7, 7, region, None)]
 
 
 def test_an_interrupted_pass_is_kept(clip: Clip) -> None:
     region = Ellipse.from_box(box(clip, 0))
     stretch, so_far = Stretch(0, 47, region, None, frozenset({3, 40})), list[Track]()
     with pytest.raises(KeyboardInterrupt):
-        correct_stretch(Frames(clip, interrupted=6), stretch, preset("default"), 0, so_far)
-    part, joined = partial(stretch, so_far)
-    kept = tracks_of(part, joined, [i / 25 for i in range(FRAMES)])
+        passes_over(Frames(clip, interrupted=6), stretch, preset("default"), 0, so_far)
+    part, times = stretch.begun(so_far[-1].frame), [i / 25 for i in range(FRAMES)]
+    kept = part.joined(times, Course.of(so_far), None)
     assert [track.frame for track in kept] == [*range(6)]
     assert kept[3].status is Status.ABSENT
 

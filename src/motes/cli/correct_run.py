@@ -10,10 +10,11 @@ from motes.cli.messages import log
 from motes.core.errors import MotesError
 from motes.core.interrupts import deferred
 from motes.core.track import Track
-from motes.correction.correct import correct_stretch, partial, reader_of, tracks_of
+from motes.correction.correct import passes_over, reader_of
 from motes.correction.history import History, line_count
 from motes.correction.join import Stretch
 from motes.correction.keyframes import check_keyframes
+from motes.correction.passes import Course
 from motes.correction.refine import changed
 from motes.correction.rows import KnownRows
 from motes.sot.step_info import StepInfo
@@ -63,18 +64,18 @@ def run_stretches(
 
                 so_far.clear()
                 reader = reader_of(film, each)
-                joined = correct_stretch(
+                passes = passes_over(
                     reader, each, history.tracker, history.seed, so_far, count_frame
                 )
-                tracks = tracks_of(each, joined, film.times)
+                tracks = each.joined(film.times, *passes)
                 with deferred():
                     so_far.clear()
                     done(each, tracks)
                     finished += 1
     except (KeyboardInterrupt, MotesError) as error:
         if so_far:
-            part, joined = partial(parts[finished], so_far)
-            done(part, tracks_of(part, joined, film.times))
+            part = parts[finished].begun(so_far[-1].frame)
+            done(part, part.joined(film.times, Course.of(so_far), None))
         if isinstance(error, MotesError):
             raise
         return finished, error

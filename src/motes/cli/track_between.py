@@ -26,7 +26,6 @@ from motes.core.errors import counted
 from motes.core.frame import Frame
 from motes.core.interrupts import deferred
 from motes.core.track import GROUND, Status, Track
-from motes.correction.correct import stretches
 from motes.correction.history import History, Marks, line_count, rows_path
 from motes.correction.join import Stretch
 from motes.correction.keyframes import check_keyframes
@@ -108,7 +107,7 @@ class KeyframeRun(Tally):
         before the first row is raised, and leaves no file.
         """
         history, path = self._history, self._path
-        parts = stretches(self._film.frames, history.keys)
+        parts = Stretch.between(self._film.frames, history.keys)
         left = [*parts]
 
         def write(stretch: Stretch, tracks: list[Track]) -> None:

@@ -1,13 +1,11 @@
 """The public names of this package."""
 
-from . import join as join
 from .coordinates import Coordinates as Coordinates
-from .correct import correct_stretch as correct_stretch
-from .correct import stretches as stretches
-from .correct import tracks_of as tracks_of
+from .correct import passes_over as passes_over
 from .doubts import ranked as ranked
 from .history import History as History
-from .keyframes import Keyframes as Keyframes
+from .join import Stretch as Stretch
+from .join import shared_variance as shared_variance
 from .keyframes import check_keyframes as check_keyframes
 from .passes import Course as Course
 from .passes import run_pass as run_pass

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import functools
-import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.correction.coordinates import variances_told
-from motes.correction.join import HALF, Stretch, fuse, join, tracked
-from motes.correction.keyframes import Keyframes, Marks, check_keyframes, keyframes_in
+from motes.correction.join import HALF, Stretch, fuse, tracked
+from motes.correction.keyframes import Marks, check_keyframes, keyframes_in
 from motes.correction.passes import Course, run_pass
 from motes.sot.presets import TrackerConfig, preset
 from motes.sot.step_info import StepInfo
@@ -61,11 +59,19 @@ def correct(
     film = Film(source, fps=fps)
     check_keyframes(keys, film.name, film.frames, film.width, film.height)
     tracker = preset(config) if isinstance(config, str) else config
-    found: dict[int, Track] = {}
-    for stretch in stretches(film.frames, keys):
-        joined = correct_stretch(reader_of(film, stretch), stretch, tracker, seed)
-        found |= {track.frame: track for track in tracks_of(stretch, joined, film.times)}
+    found = followed(film, Stretch.between(film.frames, keys), tracker, seed)
     return [found[frame] for frame in film.frames]
+
+
+def followed(
+    film: Film, parts: Iterable[Stretch], config: TrackerConfig, seed: int
+) -> dict[int, Track]:
+    """Return the tracks of stretches of a film, by their frames."""
+    found: dict[int, Track] = {}
+    for each in parts:
+        passes = passes_over(reader_of(film, each), each, config, seed)
+        found |= {track.frame: track for track in each.joined(film.times, *passes)}
+    return found
 
 
 def smooth(tracks: Sequence[Track]) -> list[Track]:
@@ -101,37 +107,21 @@ def smooth(tracks: Sequence[Track]) -> list[Track]:
     return fuse([only], follows, {}, [], absent).tracks(tracks)
 
 
-def stretches(frames: range, keys: Keyframes) -> list[Stretch]:
-    """Return the stretches of the frames between neighboring keyframes, and before and after them.
-
-    Neighboring stretches share a keyframe. Each has one at an end at least.
-    """
-    marked = {frame: region for frame, region in keys.items() if region is not None}
-    ends = sorted({frames.start, *marked, frames.stop - 1})
-    if len(ends) == 1:
-        return [Stretch(ends[0], ends[0], marked[ends[0]], None)]
-    found = []
-    for first, last in itertools.pairwise(ends):
-        absent = frozenset(t for t in range(first, last + 1) if t in keys and keys[t] is None)
-        found.append(Stretch(first, last, marked.get(first), marked.get(last), absent))
-    return found
-
-
 def reader_of(film: Film, stretch: Stretch) -> FrameReader:
     """Return the reader of the frames of a stretch: two passes share what is decoded."""
     both = stretch.begin is not None and stretch.end is not None
     return shared(film, stretch.first, stretch.last) if both else film
 
 
-def correct_stretch(
+def passes_over(
     film: FrameReader,
     stretch: Stretch,
     config: TrackerConfig,
     seed: int,
     so_far: list[Track] | None = None,
     observe: Callable[[StepInfo], None] | None = None,
-) -> Course:
-    """Return the track of a stretch, from passes in both directions.
+) -> tuple[Course | None, Course | None]:
+    """Return the passes over a stretch, forward and backward, each from its keyframe.
 
     Between two keyframes, the models of both passes learn from both of them. The tracks of the
     forward pass are added to `so_far`, for a run that is interrupted. `observe` is called with the
@@ -148,27 +138,9 @@ def correct_stretch(
     if end is not None:
         frames = film.backward(last, first)
         backward = Course.of(run(frames, end, backward=True, other=at_begin))
-    return join(stretch, forward, backward)
+    return forward, backward
 
 
 def _frame(film: FrameReader, index: int) -> Frame:
     (found,) = film.forward(index, index)
     return found
-
-
-def partial(stretch: Stretch, so_far: Sequence[Track]) -> tuple[Stretch, Course]:
-    """Return the beginning of a stretch whose forward pass was interrupted; one frame at least."""
-    last = stretch.first + len(so_far) - 1
-    absent = frozenset(frame for frame in stretch.absent if frame <= last)
-    part = stretch._replace(last=last, end=None, absent=absent)
-    return part, join(part, Course.of(so_far), None)
-
-
-def tracks_of(stretch: Stretch, joined: Course, times: Sequence[float]) -> list[Track]:
-    """Return the track of each frame of a stretch; `times` has those of all frames of the film."""
-    nan = float("nan")
-    empty = [
-        Track(i, times[i], Ellipse(0, 0, 1, 1), np.eye(5), nan, Status.LOST, nan, nan)
-        for i in range(stretch.first, stretch.last + 1)
-    ]
-    return joined.tracks(empty)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -9,9 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 from motes.core.geometry import Ellipse, iou
-from motes.core.track import Status
+from motes.core.track import Status, Track
 from motes.core.types import Flags, Floats
 from motes.correction.coordinates import Coordinates, overlap_probability
+from motes.correction.keyframes import Keyframes
 from motes.correction.passes import Course
 from motes.correction.smoothing import Drift, fit_motion, outliers, smooth
 from motes.correction.support import Support, support
@@ -47,34 +49,66 @@ class Stretch(NamedTuple):
     absent: frozenset[int] = frozenset()
     """Frames in which the target is marked as absent."""
 
+    @classmethod
+    def between(cls, frames: range, keys: Keyframes) -> list[Stretch]:
+        """Return the stretches of frames between neighboring keyframes, and before and after them.
+
+        Neighboring stretches share a keyframe. Each has one at an end at least.
+        """
+        marked = {frame: region for frame, region in keys.items() if region is not None}
+        ends = sorted({frames.start, *marked, frames.stop - 1})
+        if len(ends) == 1:
+            return [cls(ends[0], ends[0], marked[ends[0]], None)]
+        found = []
+        for first, last in itertools.pairwise(ends):
+            absent = frozenset(t for t in range(first, last + 1) if t in keys and keys[t] is None)
+            found.append(cls(first, last, marked.get(first), marked.get(last), absent))
+        return found
+
     @property
     def keys(self) -> dict[int, Ellipse]:
         """The keyframes, by their place in the stretch."""
         ends = {0: self.begin, self.last - self.first: self.end}
         return {i: key for i, key in ends.items() if key is not None}
 
+    def begun(self, last: int) -> Stretch:
+        """Return its beginning up to a frame, whose forward pass was interrupted."""
+        absent = frozenset(frame for frame in self.absent if frame <= last)
+        return self._replace(last=last, end=None, absent=absent)
 
-def join(stretch: Stretch, forward: Course | None, backward: Course | None) -> Course:
-    """Return the track of a stretch.
+    def joined(
+        self, times: Sequence[float], forward: Course | None, backward: Course | None
+    ) -> list[Track]:
+        """Return the track of each frame, from passes as for `course`.
 
-    Parameters
-    ----------
-    stretch
-        The frames and their keyframes.
-    forward, backward
-        The passes over all of these frames, from the first and from the last keyframe; None
-        without such a keyframe. There is one at least.
-    """
-    passes = [each for each in (forward, backward) if each is not None]
-    absent = np.zeros(len(passes[0].ellipses), bool)
-    absent[[frame - stretch.first for frame in stretch.absent]] = True
-    if forward is not None and backward is not None:
-        follows = both(stretch, forward, backward, absent)
-    else:
-        follows = tracked(passes[0], absent)
-    starts = [0] * (forward is not None) + [-1] * (backward is not None)
-    follows.used[np.arange(len(starts)), starts] = True  # each on its own keyframe
-    return fuse(passes, follows, stretch.keys, starts, absent)
+        `times` has those of all frames of the film.
+        """
+        nan = math.nan
+        empty = [
+            Track(i, times[i], Ellipse(0, 0, 1, 1), np.eye(5), nan, Status.LOST, nan, nan)
+            for i in range(self.first, self.last + 1)
+        ]
+        return self.course(forward, backward).tracks(empty)
+
+    def course(self, forward: Course | None, backward: Course | None) -> Course:
+        """Return where the target is in its frames.
+
+        Parameters
+        ----------
+        forward, backward
+            The passes over all of these frames, from the first and from the last keyframe; None
+            without such a keyframe. There is one at least.
+        """
+        passes = [each for each in (forward, backward) if each is not None]
+        absent = np.zeros(len(passes[0].ellipses), bool)
+        absent[[frame - self.first for frame in self.absent]] = True
+        if forward is not None and backward is not None:
+            follows = both(self, forward, backward, absent)
+        else:
+            follows = tracked(passes[0], absent)
+        starts = [0] * (forward is not None) + [-1] * (backward is not None)
+        follows.used[np.arange(len(starts)), starts] = True  # each on its own keyframe
+        return fuse(passes, follows, self.keys, starts, absent)
 
 
 def tracked(only: Course, absent: Flags) -> Support:
@@ -176,7 +210,7 @@ def enclosing(ellipses: Floats) -> Floats:
     return np.array([Ellipse(*row).box for row in ellipses.tolist()]).reshape(-1, 4)
 
 
-def shared_variance(count: int, keys: Sequence[int], drift: Drift) -> Floats:
+def shared_variance(count: int, keys: Sequence[int], drift: Drift = DRIFT) -> Floats:
     """Return the variance (n, k) of what all passes have in common, such as parts that they follow.
 
     No pass shows it. It is taken to be as large as the drift of one pass, from the next keyframe.

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from motes.core.errors import ConfigError
 from motes.core.track import Track
-from motes.correction.correct import correct_stretch, reader_of, stretches, tracks_of
+from motes.correction.correct import followed
 from motes.correction.join import Stretch
 from motes.correction.keyframes import Keyframes, Marks, check_keyframes, keyframes_in
 from motes.correction.passes import check_tracks
@@ -63,9 +63,7 @@ def refine(
     check_keyframes(new, film.name, range(frames[0], frames[-1] + 1), film.width, film.height)
     tracker = preset(config) if isinstance(config, str) else config
     found = {track.frame: track for track in tracks}
-    for stretch in changed(film.frames, old, new):
-        joined = correct_stretch(reader_of(film, stretch), stretch, tracker, seed)
-        found |= {track.frame: track for track in tracks_of(stretch, joined, film.times)}
+    found |= followed(film, changed(film.frames, old, new), tracker, seed)
     return [found[frame] for frame in frames]
 
 
@@ -73,10 +71,10 @@ def changed(
     frames: range, old: Keyframes, new: Keyframes, unfinished: Iterable[tuple[int, int]] = ()
 ) -> list[Stretch]:
     """Return the stretches that new keyframes change, and those that are not finished."""
-    before = set(stretches(frames, old))
+    before = set(Stretch.between(frames, old))
     left = set(unfinished)
     return [
         each
-        for each in stretches(frames, new)
+        for each in Stretch.between(frames, new)
         if each not in before or (each.first, each.last) in left
     ]

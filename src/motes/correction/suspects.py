@@ -13,7 +13,7 @@ from motes.core.track import Status, Track
 from motes.core.types import Flags, Floats
 from motes.correction.coordinates import Coordinates
 from motes.correction.doubts import ranked
-from motes.correction.join import DRIFT, Stretch, both, shared_variance
+from motes.correction.join import Stretch, both, shared_variance
 from motes.correction.passes import Course
 from motes.correction.smoothing import local_variance
 
@@ -144,7 +144,7 @@ def _drifted(only: Course, keys: Flags) -> Floats:
     rows = np.logical_and.reduce(np.isfinite(only.ellipses), axis=1)
     ellipses = np.where(rows[:, None], only.ellipses, [0.0, 0.0, 1.0, 1.0, 0.0])
     sides = 4 * ellipses[:, 2] * ellipses[:, 3]
-    drift = 2 * shared_variance(len(keys), np.flatnonzero(keys).tolist(), DRIFT)
+    drift = 2 * shared_variance(len(keys), np.flatnonzero(keys).tolist())
     units = np.stack(
         [sides, sides, ellipses[:, 2] ** 2, ellipses[:, 3] ** 2, np.ones_like(sides)], 1
     )

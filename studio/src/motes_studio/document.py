@@ -10,9 +10,8 @@ import msgspec
 from msgspec import UNSET
 from msgspec.structs import replace
 
-from motes import ConfigError, Regions, TrackerConfig, configure, preset
+from motes import ConfigError, Ellipse, Regions, TrackerConfig, configure, preset
 from motes.core import as_ellipse, from_dict, from_toml, region_within
-from motes.correction import Keyframes
 from motes_studio import commands, messages
 from motes_studio.commands import Places, Region
 from motes_studio.messages import OpenFilm
@@ -47,7 +46,7 @@ class DrawnTarget(messages.Subject, frozen=True, kw_only=True):
         return range(self.first, self.last + 1)
 
     @property
-    def marks(self) -> Keyframes:
+    def marks(self) -> dict[int, Ellipse | None]:
         """The keyframes, as the library takes them."""
         drawn = {frame: as_ellipse(region) for frame, region in self.keys.items()}
         return dict(sorted({**drawn, **dict.fromkeys(self.absences)}.items()))

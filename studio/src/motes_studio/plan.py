@@ -13,7 +13,7 @@ from typing import NamedTuple
 import msgspec
 
 from motes import Ellipse, TrackerConfig
-from motes.correction import join, stretches
+from motes.correction import Stretch
 from motes_studio.document import DrawnTarget
 
 
@@ -44,7 +44,7 @@ class StretchNeed(NamedTuple):
     """A stretch between keyframes, and the passes over it; one may be missing."""
 
     key: str
-    stretch: join.Stretch
+    stretch: Stretch
     forward: PassNeed | None
     backward: PassNeed | None
 
@@ -58,7 +58,7 @@ def needs(target: DrawnTarget) -> list[StretchNeed]:
     """Return the stretches of an object, in order."""
     config, seed = target.tracker, target.seed
     found = []
-    for stretch in stretches(target.frames, target.marks):
+    for stretch in Stretch.between(target.frames, target.marks):
         first, last, begin, end, _ = stretch
         at_begin, at_end = _mark(first, begin), _mark(last, end)
         forward = backward = None

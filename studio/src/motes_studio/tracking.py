@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from motes import Ellipse, Frame, Regions, StepInfo, doubts
 from motes.core import Part
-from motes.correction import Course, Keyframes, join, run_pass, tracks_of
+from motes.correction import Course, Stretch, run_pass
 from motes.mot import WatchConfig
 from motes.video import FrameReader, shared
 from motes_studio import messages
@@ -83,18 +83,18 @@ def _send_pass(place: Workplace, run: RunPass, number: int, film: FrameReader) -
 
 def join_stretch(
     place: Workplace,
-    stretch: join.Stretch,
+    stretch: Stretch,
     forward: Table | None,
     backward: Table | None,
     cues: int,
 ) -> bytes:
     """Return the smoothed rows of a stretch from its passes: tables over its frames, in order."""
     passes = (None if table is None else Course.of(tracks(table)) for table in (forward, backward))
-    joined = tracks_of(stretch, join.join(stretch, *passes), place.film.times)
+    joined = stretch.joined(place.film.times, *passes)
     return pack(table_of((line(track, [0.0] * cues, final=True) for track in joined), cues))
 
 
-def find_doubts(place: Workplace, table: Table, marks: Keyframes, count: int) -> bytes:
+def find_doubts(place: Workplace, table: Table, marks: Iterable[int], count: int) -> bytes:
     """Return the JSON of a list of doubtful frames."""
     return msgspec.json.encode(
         [

@@ -8,7 +8,7 @@ import numpy as np
 
 from motes import Ellipse
 from motes.core import Floats, iou
-from motes.correction import join, ranked
+from motes.correction import ranked
 from motes_lab.effort.methods import Film, Method, Path, equidistant, interpolated
 
 RIGHT, ENOUGH = 0.7, 0.95
@@ -68,7 +68,7 @@ def annotate_equidistant(film: Film, truth: Floats) -> Effort:
 def _overlaps(path: Path, used: range, truth: Floats) -> Floats:
     """Return the overlap (n,) in each frame; NaN where the target is absent."""
     boxes = truth[used.start : used.stop]
-    found = iou(np.nan_to_num(join.enclosing(path.ellipses)), np.nan_to_num(boxes))
+    found = iou(np.nan_to_num(path.boxes), np.nan_to_num(boxes))
     return np.where(np.isnan(boxes).any(axis=1), np.nan, found)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -13,14 +13,15 @@ from motes.core import Floats
 from motes.correction import (
     Coordinates,
     Course,
-    Keyframes,
-    correct_stretch,
-    join,
+    Stretch,
+    passes_over,
     run_pass,
-    stretches,
+    shared_variance,
 )
 from motes.video import FrameReader
 
+Keyframes = Mapping[int, Ellipse | None]
+"""The target's region in each marked frame; None where it is absent."""
 UNSEEN_STEP = (0.1, 0.1, 0.02, 0.02)
 """Standard deviation of the motion in a frame, in sides and logarithms of sizes, that interpolation
 assumes as long as there is one keyframe."""
@@ -32,6 +33,11 @@ class Path(NamedTuple):
     ellipses: Floats
     variances: Floats
     confidence: Floats
+
+    @property
+    def boxes(self) -> Floats:
+        """The boxes around the regions, (n, 4)."""
+        return np.array([Ellipse(*row).box for row in self.ellipses.tolist()])
 
 
 class Film:
@@ -53,7 +59,7 @@ class Film:
         self.used = used
         self._frames, self._config, self._seed = frames, config, seed
         self._passes: dict[int, list[Track]] = {}
-        self._joined: dict[join.Stretch, Course] = {}
+        self._joined: dict[Stretch, Course] = {}
 
     def forward(self, key: int, region: Ellipse, last: int) -> Course:
         """Return the pass from a keyframe to a frame; part of an earlier pass if it is known."""
@@ -63,16 +69,17 @@ class Film:
             known = self._passes[key] = run_pass(self._config, self._seed, frames, region)
         return Course.of(known[:count])
 
-    def joined(self, stretch: join.Stretch) -> Course:
+    def joined(self, stretch: Stretch) -> Course:
         """Return the smoothed track of a stretch."""
         if stretch not in self._joined:
-            self._joined[stretch] = correct_stretch(self._frames, stretch, self._config, self._seed)
+            passes = passes_over(self._frames, stretch, self._config, self._seed)
+            self._joined[stretch] = stretch.course(*passes)
         return self._joined[stretch]
 
 
 def smoothed(film: Film, keys: Keyframes) -> Path:
     """Return the track from passes in both directions between keyframes."""
-    parts = [(each, film.joined(each)) for each in stretches(film.used, keys)]
+    parts = [(each, film.joined(each)) for each in Stretch.between(film.used, keys)]
     values = (
         np.concatenate([parts[0][1][i][:1], *(part[i][1:] for _, part in parts)]) for i in (0, 1, 2)
     )
@@ -88,7 +95,7 @@ def forward_only(film: Film, keys: Keyframes) -> Path:
     ):
         each = film.forward(key, region, following - 1)
         space = Coordinates.of([region], each.ellipses)
-        drift = 2 * join.shared_variance(following - key, [0], join.DRIFT)
+        drift = 2 * shared_variance(following - key, [0])
         variances = space.ellipses(space.values(each.ellipses), drift[:, : space.dimensions])[1]
         confidence = each.confidence.copy()
         confidence[0] = 1.0
