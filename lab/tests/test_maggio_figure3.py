@@ -10,7 +10,6 @@ import pytest
 
 import evaluations
 from motes import ConfigError
-from motes.core import from_dict, from_toml
 from motes_lab.papers.maggio_figure3 import Marks, figure3, sharpness_of
 
 TRUTH = Path(__file__).parent / "truth" / "covered.toml"
@@ -23,7 +22,7 @@ def test_the_marks_by_eye() -> None:
     assert all(one[1] < other[0] for one, other in itertools.pairwise(parts))
     for text in ("covered = [[1, 2], [3, 4]]", "covered = [[1]]\nclear = [[1, 2], [5, 6]]"):
         with pytest.raises(ConfigError):
-            from_dict(from_toml(text, "bad.toml"), Marks)
+            Marks.parse(text)
 
 
 def test_a_blurred_region_is_less_sharp() -> None:

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import tomllib
-
 import pytest
 
-from motes import ConfigError, Regions
-from motes.core import from_dict
+from motes import ConfigError, Ground, Line, Regions, Zone
 from motes_studio import commands
 from motes_studio.commands import Command, Region
-from motes_studio.document import Document, changed, places_toml, regions_of
+from motes_studio.document import Document, changed, regions_of
 from motes_studio.messages import OpenFilm
 from motes_studio.plan import needs, pass_to
 
@@ -132,4 +129,11 @@ def test_places_come_back_from_their_toml() -> None:
             (0.0, 9.0, 0.0, 5.0),
         ),
     )
-    assert from_dict(tomllib.loads(places_toml(places)), Regions) == regions_of(places)
+    assert regions_of(places) == Regions(
+        line=(Line((1.0, 1.0, 50.0, 50.0), name="door"),),
+        zone=(
+            Zone((60.0, 60.0, 90.0, 60.0, 90.0, 80.0)),
+            Zone((0.0, 0.0, 9.0, 0.0, 9.0, 8.0), dwell=2.0),
+        ),
+        ground=Ground(points=places.ground),
+    )

@@ -11,7 +11,7 @@ from msgspec import UNSET
 from msgspec.structs import replace
 
 from motes import ConfigError, Ellipse, Regions, TrackerConfig, configure, preset
-from motes.core import as_ellipse, from_dict, from_toml, region_within
+from motes.core import as_ellipse, from_toml, region_within
 from motes_studio import commands, messages
 from motes_studio.commands import Places, Region
 from motes_studio.messages import OpenFilm
@@ -99,8 +99,7 @@ def tracker_of(name: str, toml: str | None) -> TrackerConfig:
 
 def regions_of(places: Places) -> Regions:
     """Return places as the library takes them; raise a ConfigError if they make no sense."""
-    regions: Regions = from_dict(_values(places), Regions)
-    return regions
+    return Regions.parse(places_toml(places))
 
 
 def places_toml(places: Places) -> str:
