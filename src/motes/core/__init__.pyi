@@ -26,7 +26,6 @@ from .spreadsheet import guarded as guarded
 from .type_words import words as words
 from .types import Floats as Floats
 from .types import Singles as Singles
-from .worker import Alive as Alive
 from .worker import Answer as Answer
 from .worker import Done as Done
 from .worker import Failed as Failed

@@ -11,7 +11,7 @@ from functools import partial
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
-from motes.core import Alive, Answer, Done, Failed, Worker, blocked_signals, resources
+from motes.core import Done, Failed, Worker, blocked_signals, resources
 from motes_fleet.cluster.pool import Ended, News, Started, Task, outcome, timed_out
 
 LONGEST_WAIT = 3600.0
@@ -73,18 +73,18 @@ class LocalPool:
     def _read(self, worker: TaskWorker) -> News:
         """Return what the next answer of a worker means, or its end."""
         task = worker.task
-        answer: Answer | None = worker.receive()
-        if isinstance(answer, Alive):
+        answer = worker.receive()
+        if answer is None:
+            cause = worker.cause()
+            self._end(worker)
+            return Ended(task, error=f"Its process ended with {cause}.", crashed=True)
+        if not isinstance(answer, Done | Failed):  # it has begun
             worker.deadline = time.monotonic() + task.seconds
             return Started(task, socket.gethostname(), worker.pid)
-        if isinstance(answer, Done | Failed):
-            self._idle.append(self._busy.pop(worker.pipe))
-            if isinstance(answer, Failed):  # as of a result that cannot be sent
-                return Ended(task, error=answer.error)
-            return Ended(task, *pickle.loads(answer.data))
-        cause = worker.cause()
-        self._end(worker)
-        return Ended(task, error=f"Its process ended with {cause}.", crashed=True)
+        self._idle.append(self._busy.pop(worker.pipe))
+        if isinstance(answer, Failed):  # as of a result that cannot be sent
+            return Ended(task, error=answer.error)
+        return Ended(task, *pickle.loads(answer.data))
 
     def _end(self, worker: TaskWorker) -> None:
         del self._busy[worker.pipe]
