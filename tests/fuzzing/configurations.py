@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 from motes.core.config import from_dict, from_toml, merge
-from motes.mot.pipeline_config import WatchConfig, watch_config
+from motes.mot.pipeline_config import WatchConfig
 from motes.sot import presets
 from motes_lab.adapters.registry import tracker_spec
 
@@ -52,4 +52,4 @@ def check_scene(data: bytes) -> str:
 
 @cache
 def _scene() -> WatchConfig:
-    return watch_config("nummiaro:adaptive")
+    return WatchConfig.of("nummiaro:adaptive")

@@ -88,10 +88,10 @@ def _preset_keys(name: str) -> tuple[str, tuple[Key, ...]]:
 
 def _scene_keys(name: str | None) -> tuple[str, tuple[Key, ...]]:
     """Return the title and the keys of `motes watch` with a preset; raise a ConfigError."""
-    from motes.mot.pipeline_config import WatchConfig, watch_config
+    from motes.mot.pipeline_config import WatchConfig
 
     name = name or "nummiaro:adaptive"
-    return f"motes watch with the preset {name}.", keys(WatchConfig, watch_config(name))
+    return f"motes watch with the preset {name}.", keys(WatchConfig, WatchConfig.of(name))
 
 
 def _sections(listed: Sequence[Key], only: str | None) -> Iterator[str]:

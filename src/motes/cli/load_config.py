@@ -76,24 +76,24 @@ def load_watch_config(
     """
     from motes.core.config import from_toml
     from motes.mot.detection.custom import CustomConfig
-    from motes.mot.pipeline_config import check_code, watch_config
+    from motes.mot.pipeline_config import WatchConfig, check_code
 
-    file, config = values.config, watch_config(preset)
+    file, config = values.config, WatchConfig.of(preset)
     if objects.like is not None:
         config = config.for_lookalikes()
     if file is not None:
         with error_context(file):
-            config = watch_config(config, from_toml(read_text(file), "this file"))
+            config = config.changed(from_toml(read_text(file), "this file"))
             if isinstance(config.detector, CustomConfig):
                 check_code(config.detector.name, own_code)
     if objects.like is not None:
         box = numbers_of("--like", objects.like, "x,y,width,height")
-        config = watch_config(config, {"detector": {"type": "like", "box": box}})
+        config = config.changed({"detector": {"type": "like", "box": box}})
     else:
-        config = watch_config(config, detector=objects.detector)
-    config = watch_config(config, objects.selection())
+        config = config.changed({}, detector=objects.detector)
+    config = config.changed(objects.selection())
     with error_context("--set"):
-        return watch_config(config, settings_of(values.changes or ()))
+        return config.changed(settings_of(values.changes or ()))
 
 
 def with_network(settings: dict[str, Any], preset: str, given: str | None) -> dict[str, Any]:

@@ -7,4 +7,3 @@ from .look import Look as Look
 from .pipeline_config import WatchConfig as WatchConfig
 from .pipeline_config import check_code as check_code
 from .pipeline_config import named_detector as named_detector
-from .pipeline_config import watch_config as watch_config

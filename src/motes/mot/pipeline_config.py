@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Self
 
 from msgspec.structs import asdict, fields
 
@@ -44,34 +44,33 @@ class WatchConfig(SceneConfig, frozen=True):
     detector: DetectorConfig = BackgroundConfig()
     """The detector of objects, and its settings."""
 
+    @classmethod
+    def of(cls, preset: str) -> Self:
+        """Return a preset of the trackers with a background; raise as `scene_config` does."""
+        return cls(**asdict(scene_config(preset)))
 
-def watch_config(
-    base: str | WatchConfig, changes: Mapping[str, Any] = {}, *, detector: str | None = None
-) -> WatchConfig:
-    """Return a scene and its detector, of a preset or as given, with changes laid over them.
+    def changed(self, changes: Mapping[str, Any], *, detector: str | None = None) -> Self:
+        """Return the configuration with changes laid over it.
 
-    Parameters
-    ----------
-    base
-        The preset of the trackers, or a configuration.
-    changes
-        Plain nested values, as in TOML.
-    detector
-        The name of a detector in place of that one, with its default settings.
+        Parameters
+        ----------
+        changes
+            Plain nested values, as in TOML.
+        detector
+            The name of a detector in place of this one, with its default settings.
 
-    Raises
-    ------
-    ConfigError
-        For an unknown preset, detector or key, or a value that does not fit.
-    SourceError
-        If the TOML file beside an ONNX file cannot be read.
-    """
-    given = WatchConfig(**asdict(scene_config(base))) if isinstance(base, str) else base
-    values = merge(given.to_dict(), changes)
-    if detector is not None:
-        values = merge(values, {"detector": detector_values(detector)})
-    config: WatchConfig = from_dict(values, WatchConfig)
-    return config
+        Raises
+        ------
+        ConfigError
+            For an unknown detector or key, or a value that does not fit.
+        SourceError
+            If the TOML file beside an ONNX file cannot be read.
+        """
+        values = merge(self.to_dict(), changes)
+        if detector is not None:
+            values = merge(values, {"detector": detector_values(detector)})
+        config: Self = from_dict(values, type(self))
+        return config
 
 
 def detector_values(name: str | None) -> dict[str, Any]:

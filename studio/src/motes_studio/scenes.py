@@ -10,7 +10,7 @@ import msgspec
 
 from motes import ConfigError, Event, EventCounter, Regions, Scene, Track
 from motes.core import PreparedDetector, from_toml
-from motes.mot import WatchConfig, watch_config
+from motes.mot import WatchConfig
 from motes.rows import FrameRow
 from motes.video import Film
 from motes_studio.commands import Watch
@@ -45,7 +45,7 @@ def config_of(watch: Watch) -> WatchConfig:
     for key in REFUSED:
         if key in changes:
             raise ConfigError(f"The configuration has {key!r}; choose it in the page instead.")
-    return watch_config(watch.preset, changes, detector=watch.detector)
+    return WatchConfig.of(watch.preset).changed(changes, detector=watch.detector)
 
 
 def scene_parts(film: Film, config: WatchConfig, places: Regions, seed: int) -> Iterator[ScenePart]:
