@@ -145,7 +145,7 @@ def test_speeds_are_near_and_their_deviations_honest() -> None:
         motion = GroundMotion(RealUnits(Ground(scale=50.0)))
         for frame in range(20):
             x, y = [3.2 * frame, 2.4 * frame] + factor @ rng.normal(size=2)
-            place = motion.update(track(frame, x, y))
+            (place,) = motion.update([track(frame, x, y)])
         speed, deviation = place.number("speed"), place.number("speed_std")
         errors.append(speed - 2.0)
         deviations.append(deviation)
@@ -161,7 +161,7 @@ def test_a_live_speed_is_that_of_a_quarter_of_a_second_ago_and_none_in_hindsight
     motion = GroundMotion(units)
     times = np.arange(60) / 50
     tracks = [replace(track(n, 10.0, 50 * 4.905 * t**2), time=t) for n, t in enumerate(times)]
-    live = [motion.update(each).number("speed") for each in tracks]
+    live = [motion.update([each])[0].number("speed") for each in tracks]
     np.testing.assert_allclose(live[25:], 9.81 * (times[25:] - 0.25), atol=0.1)  # half a frame
     after = [place["speed"] or 0.0 for place in motion_in_hindsight(units, tracks)]
     np.testing.assert_allclose(after[13:-13], 9.81 * times[13:-13], atol=1e-6)
@@ -170,8 +170,8 @@ def test_a_live_speed_is_that_of_a_quarter_of_a_second_ago_and_none_in_hindsight
 def test_a_box_that_was_drawn_does_not_hold_the_line() -> None:
     """The first box has no deviation, and yet may be off, as it is by hand."""
     motion = GroundMotion(RealUnits(Ground(scale=50.0)))
-    motion.update(track(0, 3.0, 0.0, covariance=0.0))
-    places = [motion.update(track(n, 2.0 * n, 0.0)) for n in range(1, 8)]
+    motion.update([track(0, 3.0, 0.0, covariance=0.0)])
+    places = [motion.update([track(n, 2.0 * n, 0.0)])[0] for n in range(1, 8)]
     x = np.array([3.0, *(2.0 * n for n in range(1, 8))]) / 50
     assert places[-1].number("speed") == pytest.approx(np.polyfit(np.arange(8) / 25, x, 1)[0])
 
@@ -193,16 +193,16 @@ def test_no_line_in_hindsight_goes_beyond_a_keyframe() -> None:
 def test_nothing_is_measured_while_the_target_is_lost() -> None:
     motion = GroundMotion(RealUnits(Ground(scale=50.0)))
     for frame in range(5):
-        place = motion.update(track(frame, 10.0 * frame, 0.0))
+        (place,) = motion.update([track(frame, 10.0 * frame, 0.0)])
     assert place.number("speed") == pytest.approx(5.0)
-    assert not motion.update(track(5, 900.0, 0.0, Status.LOST)).further
-    assert not motion.update(Track.nowhere(5, 0.2)).further
-    place = motion.update(track(6, 600.0, 0.0))
+    assert not motion.update([track(5, 900.0, 0.0, Status.LOST)])[0].further
+    assert not motion.update([Track.nowhere(5, 0.2)])[0].further
+    (place,) = motion.update([track(6, 600.0, 0.0)])
     assert place.further["x_m"] == pytest.approx(12.0)
     assert place.further["speed"] is None  # the way to where it was found again is no motion
     seen = (0, 200, 0, 200), (100, 200, 100, 200), (0, 300, 0, 150), (100, 300, 50, 150)
     horizon = RealUnits(Ground(points=seen))  # at y = 100
-    assert GroundMotion(horizon).update(track(0, 5.0, 50.0)).further == {}
+    assert GroundMotion(horizon).update([track(0, 5.0, 50.0)])[0].further == {}
 
 
 def seen_by_a_camera(x: float, y: float) -> tuple[float, float]:

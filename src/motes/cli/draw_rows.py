@@ -22,7 +22,7 @@ from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.real_units import (
     PIXELS,
     Columns,
-    GroundMotions,
+    GroundMotion,
     RealUnits,
     motion_in_hindsight,
 )
@@ -138,9 +138,9 @@ def _measured(given: Given, units: RealUnits) -> dict[int, Columns]:
 def object_moments(film: Source, given: Given, regions: Regions) -> Moments:
     """Return what makes the moments of several objects, with what they do at lines and in zones."""
     counter = EventCounter(regions, (film.width, film.height))
-    ground, motions = regions.ground, None
+    ground, motion = regions.ground, None
     if ground is not None:
-        motions = GroundMotions(RealUnits(ground), (film.width, film.height))
+        motion = GroundMotion(RealUnits(ground), (film.width, film.height))
     ends = {each.identity: row.frame for row in given.rows.values() for each in row.objects}
 
     def objects(frames: Iterator[Frame]) -> Iterator[tuple[Frame, list[Track]]]:
@@ -153,7 +153,7 @@ def object_moments(film: Source, given: Given, regions: Regions) -> Moments:
                 tracks.append(replace(each, time=frame.time, ellipse=ellipse, sought=sought))
             yield frame, tracks
 
-    return lambda frames: counted_moments(objects(frames), counter, motions)
+    return lambda frames: counted_moments(objects(frames), counter, motion)
 
 
 def _checked(frames: Iterator[Frame], given: Given, film: Source) -> Iterator[Frame]:

@@ -82,7 +82,8 @@ def follow(
             begun = begin(tracker, frame) is not None
         info, seconds = tracker.info if begun else None, time.perf_counter() - clock
         track = info.track if info else Track.nowhere(frame.index, frame.time)
-        yield Moment(frame, [track if motion is None else motion.update(track)], info, seconds)
+        placed = [track] if motion is None else motion.update([track])
+        yield Moment(frame, placed, info, seconds)
 
 
 def track_several(asked: Request[TrackerConfig], regions: Sequence[Sequence[float]]) -> int:

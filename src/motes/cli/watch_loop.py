@@ -14,7 +14,7 @@ from motes.core.frame import Frame
 from motes.core.track import Track
 from motes.formats.recording import ANONYMOUS
 from motes.mot.analytics.events import EventCounter
-from motes.mot.analytics.real_units import GroundMotions, RealUnits
+from motes.mot.analytics.real_units import GroundMotion, RealUnits
 from motes.mot.scene import DOUBTS, Scene
 from motes.video.sources import Source
 
@@ -32,11 +32,11 @@ def watch_scene(
 
     With units, the objects have their places on the ground.
     """
-    motions = None if units is None else GroundMotions(units, (film.width, film.height))
+    motion = None if units is None else GroundMotion(units, (film.width, film.height))
 
     def moments(pictures: Iterator[Frame]) -> Generator[Moment, None, None]:
         with contextlib.closing(scene.watch(pictures, ahead=not film.live)) as watched:
-            yield from counted_moments(watched, counter, motions)
+            yield from counted_moments(watched, counter, motion)
 
     return run(film, outputs, moments, SceneTally(scene, counter, turns=turns))
 
@@ -44,7 +44,7 @@ def watch_scene(
 def counted_moments(
     found: Iterable[tuple[Frame, Sequence[Track]]],
     counter: EventCounter,
-    motions: GroundMotions | None = None,
+    motion: GroundMotion | None = None,
 ) -> Generator[Moment, None, None]:
     """Yield the objects of each frame with their events; the last one ends all that is open.
 
@@ -57,7 +57,7 @@ def counted_moments(
         for frame, tracks in found:
             named = [each for each in tracks if each.identity != ANONYMOUS]
             events = counter.update(named, frame.time)
-            placed = tracks if motions is None else motions.update(tracks)
+            placed = tracks if motion is None else motion.update(tracks)
             before, last = last, Moment(frame, placed, None, 0.0, events, counter.undecided)
             if before is not None:
                 yield before

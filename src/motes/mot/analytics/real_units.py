@@ -102,61 +102,40 @@ class Seen(NamedTuple):
 
 
 class GroundMotion:
-    """The places and speeds of a target live, frame by frame.
-
-    Parameters
-    ----------
-    units
-        How pixels become metres.
-    """
-
-    def __init__(self, units: RealUnits) -> None:
-        self._units = units.corrected()
-        self._past: deque[Seen] = deque()
-        self._speed = NO_SPEED
-
-    def update(self, track: Track, *, cut: bool = False) -> Track:
-        """Return the track of a frame with its place on the ground.
-
-        Where the edge of the picture cuts the box of a detected object, what is left moves
-        otherwise than the object does: then the speed is that of before, if there is one.
-        """
-        seen = seen_in(self._units, track)
-        if seen is None or cut:
-            self._past.clear()
-        if seen is None:
-            self._speed = NO_SPEED
-            return track
-        if not cut:
-            self._past.append(seen)
-            while len(self._past) > LEAST_POINTS and seen.time - self._past[0].time > SPEED_OVER:
-                self._past.popleft()
-            self._speed = speed_of(self._past) if len(self._past) >= LEAST_POINTS else NO_SPEED
-        return replace(track, further={**track.further, **seen.at_speed(self._speed)})
-
-
-class GroundMotions:
-    """The places and speeds of a scene's objects live, frame by frame.
+    """The places and speeds of objects live, frame by frame.
 
     Parameters
     ----------
     units
         How pixels become metres.
     size
-        Width and height of the picture, whose edge cuts objects.
+        Width and height of the picture. Where its edge cuts the box of a detected object, what is
+        left moves otherwise than the object does: then the speed is that of before, if there is
+        one. None for a target whose ellipse is followed.
     """
 
-    def __init__(self, units: RealUnits, size: tuple[int, int]) -> None:
-        self._units, self._size = units, size
-        self._each: dict[int, GroundMotion] = {}
+    def __init__(self, units: RealUnits, size: tuple[int, int] | None = None) -> None:
+        self._units, self._size = units.corrected(), size
+        self._known: dict[int, tuple[deque[Seen], tuple[float, float]]] = {}
 
     def update(self, tracks: Iterable[Track]) -> list[Track]:
         """Return the tracks of a frame with their places on the ground, where they are seen."""
-        before, self._each, placed = self._each, {}, []
+        before, self._known, placed = self._known, {}, []
         for each in tracks:
-            motion = before.get(each.identity) or GroundMotion(self._units)
-            self._each[each.identity] = motion
-            placed.append(motion.update(each, cut=each.box.is_cut(self._size)))
+            past, speed = before.get(each.identity, (deque(), NO_SPEED))
+            seen, cut = seen_in(self._units, each), each.box.is_cut(self._size)
+            if seen is None or cut:
+                past.clear()
+            if seen is None:
+                speed = NO_SPEED
+            elif not cut:
+                past.append(seen)
+                while len(past) > LEAST_POINTS and seen.time - past[0].time > SPEED_OVER:
+                    past.popleft()
+                speed = speed_of(past) if len(past) >= LEAST_POINTS else NO_SPEED
+            self._known[each.identity] = past, speed
+            columns = {} if seen is None else seen.at_speed(speed)
+            placed.append(replace(each, further={**each.further, **columns}))
         return placed
 
 
