@@ -217,7 +217,8 @@ def _facts(
     if frames is not None and frames < 1:
         raise ConfigError(f"--frames is {frames}; give 1 or more.")
     width, height = given = _sides(size)
-    name, files, known_frames, end = UNKNOWN, list[str](), None, None
+    name, known_frames, end = UNKNOWN, None, None
+    files: Sequence[str] = ()
     rated = fps is not None or known is not None  # whose times are checked otherwise
     if video is not None:
         from motes.video.film import Film

@@ -194,7 +194,7 @@ class DocumentOutput(Sink):
 
     def add(self, row: FrameRow) -> None:
         """Add the objects of a frame that have a place, and the name of the frame's image."""
-        film, file = self._film, self._film.file_of(row.frame)
+        film, files = self._film, self._film.files
         row = labeled(row, self._label)
         objects = tuple(each for each in row.objects if each.placed)
         searched = tuple(each.identity for each in row.objects if each.searched)
@@ -202,7 +202,7 @@ class DocumentOutput(Sink):
             if self._journal is None:
                 head = Header(text_name(film.name), film.width, film.height, self._label or LABEL)
                 self._journal = JournalWriter(self.rows, head)
-            name = None if file is None else text_name(file)
+            name = text_name(files[row.frame]) if files else None
             self._journal.add(replace(row, objects=objects, file=name, searched=searched))
         except FormatError as error:
             self._failed = True

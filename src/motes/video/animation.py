@@ -42,6 +42,8 @@ class Animation:
         In seconds; None for an animation, whose times are read together with its pictures.
     count
         Number of pictures; 1 for a still image.
+    files
+        The name of a still image; none of an animation, whose pictures share a file.
 
     Raises
     ------
@@ -59,6 +61,7 @@ class Animation:
             self._coarse = reads_high_bytes(self._image)
             self._numbers = picture_numbers(self._image)
             self.count = len(self._numbers)
+            self.files = [Path(path).name] * (self.count == 1)
             timed = self._image.format in ANIMATED and self.count > 1
             self.duration = None if timed else self.count * FRAME_INTERVAL
             shown = self._show(self._numbers[0]) if timed else 0.0
@@ -91,10 +94,6 @@ class Animation:
     @cached_property
     def _film_depth(self) -> int:
         return depth_of_pictures([(self._path, number) for number in self._numbers])
-
-    def file_of(self, index: int) -> str | None:
-        """Return the name of a still image; None for an animation, whose pictures share a file."""
-        return Path(self._path).name if self.count == 1 else None
 
     def close(self) -> None:
         """Close the file."""

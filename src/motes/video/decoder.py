@@ -100,6 +100,8 @@ class Decoder:
         damaged, or is live and ends.
     """
 
+    files = ()
+
     def __init__(
         self,
         address: str | Pipe,
@@ -187,10 +189,6 @@ class Decoder:
             what = "holds a video of an unknown kind" if streams else "holds no video"
             raise SourceError(f"{self._name} {what}; {REMEDY}")
         return streams[0]
-
-    def file_of(self, index: int) -> str | None:
-        """Return None: the pictures of a video have no files of their own."""
-        return None
 
     def close(self) -> None:
         """Close the file or connection."""

@@ -26,7 +26,6 @@ from motes.video.sources import (
     Reader,
     check_rate,
     even_rate,
-    files_of,
     find_reader,
     is_recorded,
 )
@@ -76,7 +75,7 @@ class Film:
     frames
         The indices of the frames that are used.
     files
-        The paths of all image files, as `file_of`; none of a video.
+        The paths of all image files in the folder that holds them, by frame; none of a video.
     report
         Counts of what was read and of errors.
 
@@ -133,7 +132,7 @@ class Film:
                 check()
             self.even_rate = even_rate(reader, fps, self.report)
             self._keys = reader.keys if isinstance(reader, Decoder) else []
-        self._file_of, self.files = reader.file_of, files_of(reader)
+        self.files = reader.files
         if size is None:
             raise SourceError(f"{self.name} holds no readable picture.")
         if not 0 <= start < len(self.times):
@@ -218,10 +217,6 @@ class Film:
         twin = copy.copy(self)
         twin.frames = range(start, end)
         return twin
-
-    def file_of(self, index: int) -> str | None:
-        """Return the path of a frame's image file, as `Source.file_of`."""
-        return self._file_of(index)
 
     def forward(self, first: int, last: int) -> Generator[Frame, None, None]:
         """Yield the frames from `first` to `last`."""

@@ -82,14 +82,11 @@ class ImageFiles:
 
         return depth_of_pictures([(path, 0) for path in self._paths])
 
-    @property
+    @cached_property
     def files(self) -> list[str]:
         """The paths of the pictures in the folder that holds all of them."""
-        return [self.file_of(index) for index in range(len(self._paths))]
-
-    def file_of(self, index: int) -> str:
-        """Return the path of a picture in that folder."""
-        return Path(os.path.relpath(self._paths[index], self._folder or ".")).as_posix()
+        start = self._folder or "."
+        return [Path(os.path.relpath(path, start)).as_posix() for path in self._paths]
 
     def close(self) -> None:
         """Do nothing: each file is closed when it has been read."""

@@ -49,6 +49,7 @@ class Persistent:
     duration: float | None = None
     count: int | None = None
     live = True
+    files = ()
 
     def __init__(
         self,
@@ -121,10 +122,6 @@ class Persistent:
                 continue
             return True
         return False
-
-    def file_of(self, index: int) -> str | None:
-        """Return None: the pictures of a live source have no files."""
-        return None
 
     def stop(self) -> None:
         """End the waiting; any thread may call this."""

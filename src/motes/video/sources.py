@@ -12,7 +12,7 @@ import os
 import re
 import sys
 import time
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Protocol, Self
@@ -68,11 +68,13 @@ class Reader(Protocol):
         """Whether pictures come at the pace of the scene."""
         ...
 
+    @property
+    def files(self) -> Sequence[str]:
+        """The paths of the pictures in the folder of all of them; none of a video."""
+        ...
+
     def pictures(self, report: Report) -> Generator[Stamped, None, None]:
         """Yield the pictures in order; the pixels are converted only where they are used."""
-
-    def file_of(self, index: int) -> str | None:
-        """Return the name of the picture's own file, or None."""
 
     def close(self) -> None:
         """Close the file, camera or connection."""
@@ -202,14 +204,10 @@ class Source:
         """Whether frames certainly arrive in real time, so that old ones may be left out."""
         return self._reader.realtime
 
-    def file_of(self, index: int) -> str | None:
-        """Return the path of a frame's image file in the folder of all images; None for a video."""
-        return self._reader.file_of(index)
-
     @property
-    def files(self) -> list[str]:
-        """The paths of all image files, as `file_of`; none of a video."""
-        return files_of(self._reader)
+    def files(self) -> Sequence[str]:
+        """The paths of all image files in the folder that holds them, by frame; none of a video."""
+        return self._reader.files
 
     def stop(self) -> None:
         """Stop waiting for a live source that dropped, or for a pipe: there are no more frames.
@@ -340,11 +338,6 @@ def even_rate(reader: Reader, fps: float | None, report: Report) -> float | None
     if fps is None and report.assumed:
         return 1 / FRAME_INTERVAL
     return reader.fps if fps is None and isinstance(reader, ImageFiles) else fps
-
-
-def files_of(reader: Reader) -> list[str]:
-    """Return the paths of all image files that are read, by frame; none of a video."""
-    return reader.files if isinstance(reader, ImageFiles) else []
 
 
 def find_reader(
