@@ -29,8 +29,6 @@ from motes.cues.color import ColorModel
 from motes.cues.structure_tensor import OrientationModel, filters_of
 from motes.kernels.structures import Counts, Floats, Reading, Window
 from motes.sot import particle_filter
-from motes.sot.filtering import observation
-from motes.sot.filtering.observation import Observer
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import preset
 from motes.sot.step_info import StepInfo
@@ -89,27 +87,27 @@ def watched(spent: dict[str, float], row: str, function: Callable[..., Any]) -> 
 def watching(config: ParticleFilter) -> Iterator[dict[str, float]]:
     """Time the steps of a particle filter, and what the kernels of its cues do for particles."""
     spent: dict[str, float] = defaultdict(float)
-    distances = Observer._distances
+    distances = ParticleFilter._distances
     own = watched(spent, OWN, distances)
 
-    def reading(observer: Observer, models: Any, frame: Frame, ellipses: Any) -> Any:
+    def reading(config: ParticleFilter, models: Any, frame: Frame, ellipses: Any) -> Any:
         if len(ellipses) == 1:
-            return own(observer, models, frame, ellipses)
+            return own(config, models, frame, ellipses)
         with ExitStack() as stack:
             for (home, name), row in KERNELS.items():
                 timed_kernel = watched(spent, row, getattr(home, name))
                 stack.enter_context(patch.object(home, name, timed_kernel))
-            return distances(observer, models, frame, ellipses)
+            return distances(config, models, frame, ellipses)
 
     steps: tuple[tuple[Any, str, str], ...] = (
         (type(config.resampling), "ancestors", SELECT),
         (type(config.motion), "propagate", PROPAGATE),
         (type(config.likelihood), "log", WEIGH),
         (type(config.fusion), "fuse", WEIGH),
-        (observation, "mean_ellipse", ESTIMATE),
+        (particle_filter, "mean_ellipse", ESTIMATE),
         (particle_filter, "update_models", LEARN),
     )
-    with ExitStack() as stack, step_by_step(), patch.object(Observer, "_distances", reading):
+    with ExitStack() as stack, step_by_step(), patch.object(ParticleFilter, "_distances", reading):
         for owner, name, row in steps:
             function = watched(spent, row, getattr(owner, name))
             stack.enter_context(patch.object(owner, name, function))

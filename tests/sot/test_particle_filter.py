@@ -31,9 +31,9 @@ from motes.sot.filtering.resampling import (
     Weights,
     mean_ellipse,
 )
-from motes.sot.filtering.scatter import scatter
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.particle_state import FilterState
+from motes.sot.places import scatter
 from motes.sot.presets import ADAPTIVE, NUMMIARO, ZHAO_PEI
 from oracles import frame, moments, region, scene
 

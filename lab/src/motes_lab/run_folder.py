@@ -12,8 +12,8 @@ from msgspec.structs import replace
 
 from motes import Config, ConfigError, FormatError, __version__
 from motes.core import PARTIAL, leftovers, write_whole
+from motes.rows import text_name
 from motes_lab.adapters.registry import TrackerSpec
-from motes_lab.datasets.sot import printable
 from motes_lab.runner import Job
 
 
@@ -46,7 +46,7 @@ def record(
     sequences = {job.sequence.name: job.sequence for job in jobs}
     return Record(
         motes=__version__,
-        dataset=printable(os.path.abspath(dataset)),
+        dataset=text_name(os.path.abspath(dataset)),
         sequences={name: sequence.digest for name, sequence in sequences.items()},
         trackers={spec.name: spec.configuration for spec in specs},
         protocols=tuple(protocols),

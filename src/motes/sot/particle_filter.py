@@ -12,6 +12,7 @@ from typing import ClassVar
 import numpy as np
 from msgspec.structs import replace
 
+from motes import kernels
 from motes.core.config import Config, Particles, check_extra_names
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
@@ -26,7 +27,7 @@ from motes.cues.structure_tensor import Orientation
 from motes.sot.algorithm import Algorithm
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
 from motes.sot.filtering.color_step import ColorStep
-from motes.sot.filtering.fusion import Fixed, Fusion
+from motes.sot.filtering.fusion import Fixed, Fusion, fuse_distances
 from motes.sot.filtering.likelihood import Gaussian, Likelihood
 from motes.sot.filtering.model_update import (
     Adaptation,
@@ -37,7 +38,7 @@ from motes.sot.filtering.model_update import (
     update_models,
 )
 from motes.sot.filtering.motion import LONGEST_INTERVAL, ConstantVelocity, Motion
-from motes.sot.filtering.observation import Observation, Observer
+from motes.sot.filtering.observation import Observation
 from motes.sot.filtering.resampling import (
     KldSampling,
     Multinomial,
@@ -45,8 +46,8 @@ from motes.sot.filtering.resampling import (
     Weights,
     mean_ellipse,
 )
-from motes.sot.filtering.scatter import scatter
 from motes.sot.particle_state import FilterState, Model, typed_state
+from motes.sot.places import scatter
 from motes.sot.step_info import StepInfo
 
 
@@ -143,11 +144,6 @@ class ParticleFilter(
         """The compiled step that gives the same as one part by part; None for most filters."""
         parts = self.resampling, self.motion, self.cues, self.likelihood, self.presence
         return ColorStep.of(*parts)
-
-    @cached_property
-    def observer(self) -> Observer:
-        """The comparison of particles with a frame, with the parts of this configuration."""
-        return Observer(self.motion, self.cues, self.likelihood, self.fusion, self.presence)
 
     def init(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse
@@ -328,9 +324,37 @@ class ParticleFilter(
         self, state: FilterState, frame: Frame, states: Floats, prior: Floats
     ) -> Observation:
         """Weight new states, with log-weights `prior`, by the frame, and estimate the target."""
+        models, backgrounds = state.models, state.backgrounds
         if self.color_step is not None:  # which resamples in every frame, so that no prior is left
-            return self.color_step.observe(frame, states, state.models, state.backgrounds)
-        return self.observer.observe(frame, states, prior, state.models, state.backgrounds)
+            return self.color_step.observe(frame, states, models, backgrounds)
+        ellipses = self.motion.ellipses(states)
+        distances = self._distances(models, frame, ellipses)
+        names = list(self.cues)
+        logs = self.likelihood.log(names, distances)
+        weights, shares = self.fusion.fuse(names, prior, logs, ellipses)
+        estimate, covariance = mean_ellipse(ellipses, weights.values)
+        reliability = self.fusion.reliability(names)
+        spread = kernels.particles.spread(covariance, estimate[2:4])
+        overall = fuse_distances(distances, reliability)
+        regions = self.presence.regions(estimate, frame)
+        seen = fuse_distances(self._distances(models, frame, regions), reliability)
+        distance = float(seen[0])
+        around = float((1 - seen[1:] ** 2).mean()) if seen.size > 1 else 0.0
+        each = map(self.presence.threshold, backgrounds.values())
+        threshold = sum(share * one for share, one in zip(reliability.tolist(), each, strict=True))
+        counted = self.presence.counted(overall, ellipses, frame)
+        appearing, support = kernels.particles.appearing(counted, weights.values, threshold)
+        return Observation(
+            states, ellipses, weights, dict(zip(names, shares.tolist(), strict=True)),
+            estimate, covariance, spread, weights.effective_sample_size,
+            distance, around, appearing, support,
+        )  # fmt: skip
+
+    def _distances(self, models: Mapping[str, Model], frame: Frame, ellipses: Floats) -> Floats:
+        """Return the distances (J, N) of ellipses (N, 5) by each cue."""
+        return np.array(
+            [cue.distances(models[name], frame, ellipses) for name, cue in self.cues.items()]
+        )
 
     def _judge(
         self, state: FilterState, frame: Frame, seen: Observation

@@ -1,4 +1,4 @@
-"""The places where a known target may appear, in a file."""
+"""The places where a known target may appear: in a file, and new particles there."""
 
 from __future__ import annotations
 
@@ -7,11 +7,12 @@ from typing import Annotated
 
 import numpy as np
 from msgspec import Meta
-from numpy.typing import NDArray
 
 from motes.core.config import Config, Count
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+from motes.core.types import Floats
 
 Side = Annotated[float, Meta(ge=1)]
 
@@ -72,6 +73,17 @@ def load_places(path: str | Path) -> tuple[Place, ...]:
     return places.place
 
 
-def boxes_of(places: tuple[Place, ...], frame: Frame) -> NDArray[np.float64]:
+def boxes_of(places: tuple[Place, ...], frame: Frame) -> Floats:
     """Return the boxes (R, 4) of all places in a frame."""
     return np.array([box for place in places for box in place.boxes(frame)], np.float64)
+
+
+def scatter(rng: np.random.Generator, places: Floats, size: Ellipse, n: int) -> Floats:
+    """Return n ellipses (n, 5) of one size, centers uniform over the boxes `places` (R, 4)."""
+    area = places[:, 2] * places[:, 3]
+    shares = np.cumsum(area / area.sum())
+    chosen = places[(shares / shares[-1]).searchsorted(rng.random(n), side="right")]
+    ellipses = np.empty((n, 5))
+    ellipses[:, :2] = chosen[:, :2] - 0.5 + rng.random((n, 2)) * chosen[:, 2:]
+    ellipses[:, 2:] = size[2:]
+    return ellipses

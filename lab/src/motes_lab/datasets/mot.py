@@ -24,9 +24,10 @@ from pathlib import Path
 
 from motes import Box, FormatError, Frame, SourceError, open_source
 from motes.core import read_text
+from motes.rows import text_name
 from motes_lab.datasets.distractors import DISTRACTORS, evaluated_rows
 from motes_lab.datasets.mot_rows import MotRows, line_of, read_rows, rows_of
-from motes_lab.datasets.sot import Problem, load_each, printable, series_source
+from motes_lab.datasets.sot import Problem, load_each, series_source
 
 VIDEO_ENDINGS = frozenset(
     {".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpeg", ".mpg", ".webm", ".wmv"}
@@ -109,7 +110,7 @@ def load_mot_dataset(path: Path) -> tuple[list[MotSequence], list[Problem]]:
             f"There is no sequence of many objects in {path}; it is a folder with seqinfo.ini and "
             f"gt/gt.txt."
         )
-    return load_each((printable(folder.name), partial(_load, folder)) for folder in folders)
+    return load_each((text_name(folder.name), partial(_load, folder)) for folder in folders)
 
 
 def _folders(path: Path) -> list[Path]:
@@ -140,7 +141,7 @@ def _load(folder: Path) -> MotSequence:
         raise FormatError("it has no truth; add a file gt/gt.txt")
     found = folder / "det" / "det.txt"
     sequence = MotSequence(
-        printable(folder.name),
+        text_name(folder.name),
         source,
         frames,
         rate,

@@ -43,6 +43,7 @@ from motes import ConfigError, FormatError, MotesError, SourceError, open_source
 from motes.core import read_text
 from motes.correction import History
 from motes.formats import absences, kind_of
+from motes.rows import text_name
 from motes.video import IMAGE_ENDINGS
 from motes_lab.datasets.truth import read_mask, read_truth
 
@@ -134,7 +135,7 @@ def load_dataset(
         if needed is not None and not os.path.exists(needed):
             raise SourceError(f"There is no file or folder {needed}; check the name.")
     if annotation is not None:
-        name = printable(root.name if root.is_dir() else root.stem)
+        name = text_name(root.name if root.is_dir() else root.stem)
         entries = [_Entry(name, root, Path(annotation))]
     elif root.is_dir():
         entries = _entries(root)
@@ -204,7 +205,7 @@ def _entries(root: Path) -> list[_Entry]:
 def _films(root: Path) -> list[_Entry]:
     """Return the films in a folder that have a truth of their name beside them."""
     return [
-        _Entry(printable(film.stem), film, film.with_suffix(".txt"))
+        _Entry(text_name(film.stem), film, film.with_suffix(".txt"))
         for film in sorted(root.iterdir())
         if film.suffix.lower() in FILM_ENDINGS and film.with_suffix(".txt").is_file()
     ]
@@ -212,7 +213,7 @@ def _films(root: Path) -> list[_Entry]:
 
 def _entries_of_folder(folder: Path, listed: bool = False) -> list[_Entry]:
     """Return the sequences of a folder; none if it has files, but neither truth nor frames."""
-    name = printable(folder.name)
+    name = text_name(folder.name)
     bare = [_Entry(name, folder, None)]
     try:
         if truths := _truth_files(folder):
@@ -335,8 +336,3 @@ def _series(folder: Path) -> list[Path]:
             missing = f"{kinds[-1][0]}{numbers[gaps[0]] + step:0{width}}{kinds[-1][1]}"
             raise FormatError(f"the frame {missing} is missing after {before}{kinds[-1][1]}")
     return [path for _, path in series]
-
-
-def printable(name: str) -> str:
-    """Return a file name with all parts that are not UTF-8 escaped, so that it can be written."""
-    return name.encode(errors="backslashreplace").decode()

@@ -77,8 +77,8 @@ class ColorStep:
     ) -> Observation:
         """Return what n particles see, chosen by weight from states (M, d) of the last frame.
 
-        `dt` seconds have passed; `first` is the target's first region. Models and backgrounds are
-        as for `Observer`.
+        `dt` seconds have passed; `first` is the target's first region. The model of the cue comes
+        with the statistics of its background.
         """
         comparison = _comparison(self, *models.values(), *backgrounds.values())
         moved, seen = kernels.color_filter.step(
