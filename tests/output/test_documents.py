@@ -18,6 +18,7 @@ from clips import write_film
 from commands import Go, running
 from motes import open_source, read_track
 from motes.cli import main
+from motes.cli.option_groups import OutputOptions
 from motes.cli.outputs import DocumentOutput
 from motes.core.errors import FormatError, SourceError
 from motes.core.geometry import Ellipse
@@ -59,7 +60,9 @@ def test_a_run_leaves_out_frames_in_which_the_target_is_searched_for(
     objects = [Track(0, 0.0, Ellipse(50, 40, 8, 6, 0))]
     objects += [Track.nowhere(0, 0.0, state) for state in states]
     with open_source(film) as source:
-        output = DocumentOutput(str(tmp_path / "a.yolo"), "yolo", source, "object", False, None)
+        output = DocumentOutput(
+            str(tmp_path / "a.yolo"), "yolo", source, OutputOptions(label="object")
+        )
         for frame, each in enumerate(objects):
             output.add(FrameRow(frame, frame / 25, (each,)))
         output.__exit__(None, None, None)
@@ -77,7 +80,7 @@ def test_how_long_a_film_goes_on_may_not_be_known(tmp_path: Path) -> None:
     for gone in (False, True):
         with open_source(path, end=1) as source:
             document = tmp_path / f"{gone}.xml"
-            output = DocumentOutput(str(document), "cvat", source, "object", False, None)
+            output = DocumentOutput(str(document), "cvat", source, OutputOptions(label="object"))
             output.add(FrameRow(0, 0.0, (Track(0, 0.0, Ellipse(50, 40, 8, 6, 0), identity=1),)))
             if gone:
                 path.unlink()

@@ -185,7 +185,7 @@ def point_out_unfinished(rows: Path, known: History | None) -> None:
         log(f"the run of {rows} was killed, or still goes on: what comes after them is missing.")
 
 
-def check_label(label: str | None, output: str | None, form: str | None = None) -> None:
+def check_label(label: str | None, output: str | None, form: str | None) -> None:
     """Check the class of the objects in an output.
 
     Raises
@@ -209,7 +209,7 @@ def check_label(label: str | None, output: str | None, form: str | None = None) 
         raise ConfigError(f"--label: {error}.") from None
 
 
-def check_keyframe_error(error: float | None, output: str | None, form: str | None = None) -> None:
+def check_keyframe_error(error: float | None, output: str | None, form: str | None) -> None:
     """Raise a ConfigError unless --keyframe-error is pixels, for an output with keyframes."""
     from motes.cli.outputs import format_of
     from motes.formats.registry import FORMATS
@@ -224,7 +224,7 @@ def check_keyframe_error(error: float | None, output: str | None, form: str | No
         )
 
 
-def check_guesses(output: str | None, form: str | None = None, *, wanted: bool) -> None:
+def check_guesses(output: str | None, form: str | None, *, wanted: bool) -> None:
     """Raise a ConfigError if --with-guesses is given for a format that holds guesses anyway."""
     from motes.cli.outputs import format_of
     from motes.formats.registry import FORMATS

@@ -14,6 +14,7 @@ from msgspec.structs import replace
 
 from motes.cli.frame_loop import Moment, Sink
 from motes.cli.messages import log
+from motes.cli.option_groups import OutputOptions
 from motes.core import interrupts
 from motes.core.errors import ConfigError, FormatError, InputError, SourceError, counted
 from motes.correction.history import History, line_count
@@ -33,7 +34,7 @@ STREAMED = ("csv", "jsonl", "mot")
 """Formats that grow row by row; all others are made at the end."""
 
 
-def format_of(name: str, form: str | None = None) -> str:
+def format_of(name: str, form: str | None) -> str:
     """Return the name of an output's format: `form` if given, else that of the name's ending.
 
     Raises
@@ -50,7 +51,7 @@ def format_of(name: str, form: str | None = None) -> str:
     return form
 
 
-def is_document(name: str, form: str | None = None) -> bool:
+def is_document(name: str, form: str | None) -> bool:
     """Return whether an output is made at the end of a run."""
     forms = [form] if form is not None else _usual_format(name)
     return any(each not in STREAMED for each in forms)
@@ -162,23 +163,12 @@ class DocumentOutput(Sink):
     Until then a journal beside it holds the rows; it stays if the document cannot be made.
     """
 
-    def __init__(
-        self,
-        name: str,
-        form: str,
-        film: Source | Film,
-        label: str | None,
-        overwrite: bool,
-        keyframe_error: float | None = None,
-        *,
-        guesses: bool = False,
-    ) -> None:
-        check_place(name, form, overwrite)
+    def __init__(self, name: str, form: str, film: Source | Film, options: OutputOptions) -> None:
+        check_place(name, form, options.overwrite)
         if FORMATS.resolve(form).folder:
             check_images(map(text_name, film.files))
         self.path, self.rows, self._form = Path(name), journal_of(name), form
-        self._keyframe_error, self._guesses = keyframe_error, guesses
-        self._film, self._label = film, label
+        self._film, self._options = film, options
         if os.path.lexists(self.rows):
             raise FormatError(
                 f"{self.rows} exists: rows of a run that was killed, or still goes on. Make its "
@@ -195,12 +185,13 @@ class DocumentOutput(Sink):
     def add(self, row: FrameRow) -> None:
         """Add the objects of a frame that have a place, and the name of the frame's image."""
         film, files = self._film, self._film.files
-        row = labeled(row, self._label)
+        label = self._options.label
+        row = labeled(row, label)
         objects = tuple(each for each in row.objects if each.placed)
         searched = tuple(each.identity for each in row.objects if each.searched)
         try:
             if self._journal is None:
-                head = Header(text_name(film.name), film.width, film.height, self._label or LABEL)
+                head = Header(text_name(film.name), film.width, film.height, label or LABEL)
                 self._journal = JournalWriter(self.rows, head)
             name = text_name(files[row.frame]) if files else None
             self._journal.add(replace(row, objects=objects, file=name, searched=searched))
@@ -230,7 +221,7 @@ class DocumentOutput(Sink):
             words += ["--video", self._film.name]  # which tells where it ends
             rate = self._film.even_rate
             words += [] if rate is None else ["--fps", f"{rate:g}"]
-        words += ["--with-guesses"] * self._guesses
+        words += ["--with-guesses"] * self._options.with_guesses
         return shlex.join(words)
 
     def _failure(self, error: OSError) -> FormatError:
@@ -249,9 +240,8 @@ class DocumentOutput(Sink):
             kept = recording_of_journal(self.rows)
             if self._form == "cvat":  # which goes on after the last keyframe
                 kept = dataclasses.replace(kept, length=_length(self._film))
-            self._written = write_format(
-                self.path, self._form, kept, self._keyframe_error, guesses=self._guesses
-            )
+            error, guesses = self._options.keyframe_error, self._options.with_guesses
+            self._written = write_format(self.path, self._form, kept, error, guesses=guesses)
         except OSError as error:
             raise self._failure(error) from error
         self._done = True

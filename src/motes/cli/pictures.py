@@ -12,6 +12,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from motes.cli.frame_loop import Moment, Sink
+from motes.cli.option_groups import OutputOptions
 from motes.cli.outputs import DocumentOutput
 from motes.core.errors import ConfigError
 from motes.core.extras import optional
@@ -194,7 +195,7 @@ class Masks(DocumentOutput):
         if path.suffix and path.suffix.lower() != ".json":
             raise ConfigError(f"--masks {path}: give a folder for PNG files, or a .json of COCO.")
         form = "coco" if path.suffix else "masks"
-        super().__init__(str(path), form, film, label, overwrite)
+        super().__init__(str(path), form, film, OutputOptions(label=label, overwrite=overwrite))
         self._segmenter = Segmenter()
 
     def write(self, moment: Moment) -> None:

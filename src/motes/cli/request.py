@@ -87,12 +87,7 @@ class Request(Generic[Configuration]):
         if form == "mot":
             return [MotOutput(name, options.overwrite)]
         if form not in STREAMED:
-            error, guesses = options.keyframe_error, options.with_guesses
-            return [
-                DocumentOutput(
-                    name, form, film, options.label, options.overwrite, error, guesses=guesses
-                )
-            ]
+            return [DocumentOutput(name, form, film, options)]
         kind: Form = "csv" if form == "csv" else "jsonl"
         writer = TrackWriter(
             name, kind, overwrite=options.overwrite, resume=self.resume, further=further
