@@ -259,12 +259,12 @@ def test_a_correction_killed_between_its_files_is_finished(
         calls = list[int]()
 
         def once(
-            history: History, path: Path, lines: int | None = None, calls: list[int] = calls
+            history: History, rows: Path, *, whole: bool = False, calls: list[int] = calls
         ) -> None:
             calls.append(1)
             if len(calls) > 1:
                 raise KeyboardInterrupt
-            save(history, path, lines)
+            save(history, rows, whole=whole)
 
         with monkeypatch.context() as patched:
             patched.setattr(History, "save", once)

@@ -11,7 +11,7 @@ from motes.core.errors import MotesError
 from motes.core.interrupts import deferred
 from motes.core.track import Track
 from motes.correction.correct import passes_over, reader_of
-from motes.correction.history import History, line_count
+from motes.correction.history import History
 from motes.correction.join import Stretch
 from motes.correction.keyframes import check_keyframes
 from motes.correction.passes import Course
@@ -120,12 +120,12 @@ def refine_rows(
         table.replace(tracks, after.units)
         made.update(track.frame for track in tracks)
 
-    after.unfinished_with(parts).save(History.path(goal))
+    after.unfinished_with(parts).save(goal)
     left = parts
     try:
         done, interrupted = run_stretches(film, parts, after, replace)
         left = parts[done:]
     finally:
         table.write(goal)
-    after.unfinished_with(left).save(History.path(goal), None if left else line_count(goal))
+    after.unfinished_with(left).save(goal, whole=not left)
     return len(made), interrupted

@@ -17,7 +17,7 @@ from motes.cli.messages import log
 from motes.cli.option_groups import OutputOptions
 from motes.core import interrupts
 from motes.core.errors import ConfigError, FormatError, InputError, SourceError, counted
-from motes.correction.history import History, line_count
+from motes.correction.history import History
 from motes.formats.mot import line_of
 from motes.formats.recording import LABEL, Recording
 from motes.formats.registry import FORMATS, Written, check_folder, check_images, format_for
@@ -122,22 +122,21 @@ class Remembered(Sink):
         If the file exists and must not be overwritten, or cannot be made.
     """
 
-    def __init__(self, rows: str, history: History, *, overwrite: bool, resume: bool) -> None:
-        self._rows, self._history = Path(rows), history
-        self._path = History.path(self._rows)
-        check_writable(self._rows, overwrite=True)  # a missing folder is that of the rows
-        check_writable(self._path, overwrite or resume)
+    def __init__(self, rows: Path, history: History, *, overwrite: bool, resume: bool) -> None:
+        self._rows, self._history, path = rows, history, History.path(rows)
+        check_writable(rows, overwrite=True)  # a missing folder is that of the rows
+        check_writable(path, overwrite or resume)
         self._compared: float = -1
         """The last frame whose rows are there."""
-        if resume and self._path.exists():
+        if resume and path.exists():
             with suppress(InputError):  # what cannot be read is replaced
-                last = History.load(self._path).last
+                last = History.load(path).last
                 self._compared = math.inf if last is None else last
 
     def write(self, moment: Moment) -> None:
         """Write the file before the first new row; remember which frame is the last."""
         if moment.frame.index > self._compared:
-            self._history.save(self._path)
+            self._history.save(self._rows)
             self._compared = math.inf
         self._history = replace(self._history, last=moment.frame.index)
 
@@ -146,7 +145,7 @@ class Remembered(Sink):
         begun = self._history.last is not None
         ended = kind is None or issubclass(kind, KeyboardInterrupt)
         if begun and ended and self._rows.is_file():  # no pipe, and not moved meanwhile
-            self._history.save(self._path, line_count(self._rows))
+            self._history.save(self._rows, whole=True)
 
 
 class MotOutput(Lines):

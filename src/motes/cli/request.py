@@ -58,12 +58,12 @@ class Request(Generic[Configuration]):
         return self.outputs.overwrite or self.resume
 
     @property
-    def history_file(self) -> Path | None:
-        """The file that remembers how rows are made; streams and documents have none."""
+    def remembered(self) -> Path | None:
+        """The file of rows beside which a history is written; none of streams and documents."""
         output, form = self.output, self.outputs.format
         if output is None or output == "-" or is_special(output):
             return None
-        return History.path(Path(output)) if format_of(output, form) in STREAMED else None
+        return Path(output) if format_of(output, form) in STREAMED else None
 
     def pictures(self, film: Source | Film, painted: Paint) -> list[Sink]:
         """Return the output --overlay, whose pictures `painted` makes."""
@@ -96,17 +96,15 @@ class Request(Generic[Configuration]):
 
     def remembered_rows(self, film: Source, further: Sequence[str] = ()) -> list[Sink]:
         """Return what writes the rows, after what writes their history."""
-        rows, path = self.rows(film, further), self.history_file
-        if path is None:
-            return rows
+        outputs, rows = self.rows(film, further), self.remembered
+        if rows is None:
+            return outputs
         history = History.of_run(
             film, self.config, self.seed, self.preset, units=self.units, places=self.places,
             start=self.frames.start, end=self.frames.end, stride=self.frames.stride,
         )  # fmt: skip
         if self.resume:  # what a killed run has left of it
-            for left in leftovers(path):
+            for left in leftovers(History.path(rows)):
                 left.unlink(missing_ok=True)
-        remembered = Remembered(
-            str(self.output), history, overwrite=self.outputs.overwrite, resume=self.resume
-        )
-        return [remembered, *rows]
+        overwrite, resume = self.outputs.overwrite, self.resume
+        return [Remembered(rows, history, overwrite=overwrite, resume=resume), *outputs]

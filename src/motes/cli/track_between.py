@@ -26,7 +26,7 @@ from motes.core.errors import counted
 from motes.core.frame import Frame
 from motes.core.interrupts import deferred
 from motes.core.track import GROUND, Status, Track
-from motes.correction.history import History, Marks, line_count, rows_path
+from motes.correction.history import History, Marks
 from motes.correction.join import Stretch
 from motes.correction.keyframes import check_keyframes
 from motes.correction.rows import as_read
@@ -60,9 +60,9 @@ def track_between(
     for mark in history.keys.values():
         point_out_corners(mark, film.width, film.height)
     check_size(asked.units, film.name, film.width, film.height)
-    path, units = asked.history_file, asked.units
+    path, units = asked.remembered, asked.units
     if path is not None:
-        for each in (rows_path(path), path):
+        for each in (path, History.path(path)):
             check_writable(each, asked.overwrite)
     videos = asked.pictures(film, painted_target(metres=units is not None))
     rows = asked.rows(film, HINDSIGHT if units is None else (*HINDSIGHT, *GROUND))
@@ -92,7 +92,7 @@ class KeyframeRun(Tally):
         super().__init__()
         self.interrupted: KeyboardInterrupt | None = None
         """The interrupt that ended the run, or None."""
-        self._film, self._history, self._path = film, history, asked.history_file
+        self._film, self._history, self._path = film, history, asked.remembered
         self._quiet = asked.output == "-"
         self._units = asked.units
         self._black = np.zeros((film.height, film.width, 3), np.uint8)
@@ -131,7 +131,7 @@ class KeyframeRun(Tally):
             if self.interrupted and not self.frames:
                 raise self.interrupted
         if path is not None and not left:
-            history.save(path, line_count(rows_path(path)))
+            history.save(path, whole=True)
 
     def _write(self, track: Track, outputs: list[Sink]) -> None:
         """Write the row of a track; its frame is black until it is drawn."""

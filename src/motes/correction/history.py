@@ -148,14 +148,15 @@ class History(msgspec.Struct, frozen=True, kw_only=True):
             ) from None
         return history
 
-    def save(self, path: Path, lines: int | None = None) -> None:
-        """Write the history, with the number of lines of its rows if they are complete.
+    def save(self, rows: Path, *, whole: bool = False) -> None:
+        """Write the history beside its rows, with the number of their lines if they are complete.
 
         Raises
         ------
         FormatError
             If the file cannot be written.
         """
+        lines, path = line_count(rows) if whole else None, self.path(rows)
         with writing(path):
             write_whole(path, self.encoded(lines))
 
@@ -279,11 +280,6 @@ def line_count(rows: Path) -> int:
         return sum(part.count(b"\n") for part in iter(lambda: file.read(1 << 20), b""))
 
 
-def rows_path(history: Path) -> Path:
-    """Return the path of the rows beside which a history is."""
-    return history.with_name(history.name.removesuffix(History.ENDING))
-
-
 def check_beside(rows: Path, overwrite: bool) -> None:
     """Raise a FormatError if other rows are remembered beside new ones, and must stay so."""
     if History.path(rows).exists():
@@ -301,4 +297,4 @@ def hand_on(known: History | None, rows: Path) -> None:
     if known is None:
         History.path(rows).unlink(missing_ok=True)
     else:
-        known.save(History.path(rows), line_count(rows))
+        known.save(rows, whole=True)
