@@ -24,9 +24,9 @@ def watch_scene(
     scene: Scene,
     counter: EventCounter,
     outputs: Sequence[Sink],
-    units: RealUnits | None = None,
+    units: RealUnits | None,
     *,
-    turns: bool = False,
+    turns: bool,
 ) -> int:
     """Track the objects of the film, write the outputs and print a summary, with a table of turns.
 
@@ -80,7 +80,7 @@ class SceneTally(Tally):
         Whether the summary has a table of turns.
     """
 
-    def __init__(self, scene: Scene, counter: EventCounter, *, turns: bool = False) -> None:
+    def __init__(self, scene: Scene, counter: EventCounter, *, turns: bool) -> None:
         super().__init__()
         self._scene, self._counter, self._turns = scene, counter, turns
         self._printed = set[str]()

@@ -311,17 +311,15 @@ class Tracker:
         """Return the tracker of what `_plain` has returned."""
         tracker = cls(decode(plain["config"], Algorithm), plain["seed"])
         tracker._direction = -1 if plain.get("backward") else 1
-        tracker._continue(msgspec.convert(plain, _Saved, dec_hook=unpack))
-        return tracker
-
-    def _continue(self, saved: _Saved) -> None:
-        """Take over a saved state."""
-        state = msgspec.convert(saved.state, self._algorithm.state_type, dec_hook=unpack)
-        self._rng.bit_generator.state = json.loads(saved.random)
+        saved = msgspec.convert(plain, _Saved, dec_hook=unpack)
+        state = msgspec.convert(saved.state, tracker._algorithm.state_type, dec_hook=unpack)
+        tracker._rng.bit_generator.state = json.loads(saved.random)
         index, seconds, pixels = saved.frame
         frame = Frame(index, seconds, pixels, depth=saved.depth)
-        self._angle = saved.angle
-        self._state, self._frame = self._algorithm.typed(state, self._seen(frame)), frame
+        tracker._angle = saved.angle
+        tracker._state = tracker._algorithm.typed(state, tracker._seen(frame))
+        tracker._frame = frame
+        return tracker
 
     def __copy__(self) -> Self:
         """Return an independent tracker. States and frames never change, so both share them.

@@ -44,7 +44,7 @@ class ImageFiles:
     count: int | None
     live = realtime = False
 
-    def __init__(self, name: str, paths: list[str], fps: float | None = None) -> None:
+    def __init__(self, name: str, paths: list[str], fps: float | None) -> None:
         self._paths = sorted(filter(_is_image, paths), key=_natural)
         if not self._paths:
             inner = next((path for path in sorted(paths) if _has_images(path)), None)

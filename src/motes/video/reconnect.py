@@ -57,7 +57,7 @@ class Persistent:
         decoder: Decoder,
         name: str,
         on_drop: Callable[[str], None],
-        patience: float | None = None,
+        patience: float | None,
     ) -> None:
         self._connect, self._decoder, self._name, self._on_drop = connect, decoder, name, on_drop
         self._patience = float("inf") if patience is None else patience

@@ -108,7 +108,7 @@ class Source:
         start: int,
         end: int | None,
         stride: int,
-        fps: float | None = None,
+        fps: float | None,
     ) -> None:
         self.name, self._rate = name, fps
         self.fps, self.duration, self.live = fps or reader.fps, reader.duration, reader.live
