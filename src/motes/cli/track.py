@@ -138,5 +138,5 @@ def _check_fitting(
         refuse(unfit, "not for keyframes")
         return
     if len(target.regions()) > 1:
-        single = {"--figures": outputs.figures, **units.given}
-        refuse(single | {"--resume": outputs.resume}, "for one --init")
+        single = {"--figures": outputs.figures, "--lens": units.lens, "--resume": outputs.resume}
+        refuse(single, "for one --init")
