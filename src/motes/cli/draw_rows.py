@@ -160,6 +160,8 @@ def object_moments(film: Source, given: Given, regions: Regions) -> Moments:
         for frame in _checked(frames, given, film):
             tracks = []
             for each in given.objects(frame):
+                if not each.placed:  # one that is marked as absent
+                    continue
                 # The box has all digits of the file; those of an ellipse are half as exact.
                 ellipse = Ellipse.from_box(each.box)
                 sought = frame.index < ends[each.identity]
