@@ -50,12 +50,17 @@ def test_rows_have_places_and_speeds(go: Tell) -> None:
 
 
 def test_several_objects_have_their_own_metres(go: Tell) -> None:
-    assert go(f"{TRACK} --init 70,40,20,30 --scale 20")[0] == 0
-    assert go(f"{TRACK.replace('rows', 'one')} --scale 20")[0] == 0
+    Path("lens.yml").write_text(
+        "camera_matrix: !!opencv-matrix\n   data: [ 100., 0., 60., 0., 100., 45., 0., 0., 1. ]\n"
+        "distortion_coefficients: !!opencv-matrix\n   data: [ -0.2, 0., 0., 0., 0. ]\n"
+    )
+    units = "--scale 20 --lens lens.yml"
+    assert go(f"{TRACK} --init 70,40,20,30 {units}")[0] == 0
+    assert go(f"{TRACK.replace('rows', 'one')} {units}")[0] == 0
     rows, one = read_track("rows.csv"), read_track("one.csv")
-    np.testing.assert_allclose(rows["x_m"], rows["x"] / 20, atol=1e-4)
+    assert np.isfinite(rows["x_m"]).all()
     first = rows[rows["id"] == 1]
-    for name in ("x_m_std", "speed", "speed_std"):
+    for name in ("x_m", "y_m", "x_m_std", "speed", "speed_std"):
         np.testing.assert_array_equal(first[name], one[name], err_msg=name)
     assert go("draw film rows.csv -o drawn.mp4")[0] == 0
 
@@ -98,7 +103,7 @@ def test_the_ground_and_the_lens_are_files(go: Tell) -> None:
         ("--ground g.toml", 2, "g.toml: it has no [ground]"),
         ("--scale 20 --lens g.toml", 2, "g.toml: It has no camera_matrix"),
         ("--scale 20 --lens other.yml", 2, "calibrated at 640x480, and film has 120x90 pixels"),
-        ("--scale 20 --lens other.yml --init 1,1,9,9", 2, "--lens is for one --init; omit it."),
+        ("--scale 20 --lens other.yml --init 1,1,9,9", 2, "calibrated at 640x480, and film has"),
     ],
 )
 def test_errors_are_one_line(go: Tell, line: str, code: int, message: str) -> None:

@@ -148,12 +148,13 @@ def _measured(given: Given, units: RealUnits) -> dict[int, Columns]:
     return dict(zip(frames, found, strict=True))
 
 
-def object_moments(film: Source, given: Given, regions: Regions) -> Moments:
+def object_moments(
+    film: Source, given: Given, regions: Regions, units: RealUnits | None
+) -> Moments:
     """Return what makes the moments of several objects, with what they do at lines and in zones."""
-    counter = EventCounter(regions, (film.width, film.height))
-    ground, motions = regions.ground, None
-    if ground is not None:
-        motions = GroundMotions(RealUnits(ground), (film.width, film.height))
+    size = film.width, film.height
+    counter = EventCounter(regions, size)
+    motions = None if units is None else GroundMotions(units, size)
     ends = {each.identity: row.frame for row in given.rows.values() for each in row.objects}
 
     def objects(frames: Iterator[Frame]) -> Iterator[tuple[Frame, list[Track]]]:

@@ -109,6 +109,7 @@ def track_several(asked: Request[TrackerConfig], regions: Sequence[Sequence[floa
             yield Moment(frame, each, None, seconds)
 
     with asked.frames.open(asked.source) as film:
+        check_size(units, film.name, film.width, film.height)
         say_rate(film)
         say_alone(film)
         opened = asked.pictures(film, painted_scene(Regions()))
