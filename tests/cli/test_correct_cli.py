@@ -213,6 +213,25 @@ def test_other_objects_keep_their_names_and_their_metres(go: Tell) -> None:
     assert (code, "many.csv has an object twice in a frame; remove" in said) == (3, True), said
 
 
+def test_a_target_that_has_turned_on_and_on_is_checked_and_followed_again(go: Tell) -> None:
+    """Its angle is beyond a turn where a pass begins; what is typed begins within one."""
+    assert go(f"track FILM --init 44,44,15,20,0.5 -o rows.csv {OPTIONS}")[0] == 0
+    first, *parts = Path("rows.csv").read_text().split(",0.50000,")
+    assert len(parts) == FRAMES
+    turned = [f",{0.5 + i:.5f},{part}" for i, part in enumerate(parts)]
+    Path("turned.csv").write_text("".join([first, *turned]))
+    code, said = go("check FILM turned.csv")
+    assert code == 0, said
+    assert go("convert turned.csv keys.csv --to keyframes")[0] == 0
+    assert go(f"track FILM --keyframes keys.csv -o again.csv {OPTIONS}")[0] == 0
+    before = {name: Path(name).read_bytes() for name in ("rows.csv", "rows.csv.run.json")}
+    mark = "--at 3=44,44,15,20,30"
+    for line in (f"track FILM {mark} -o new.csv", f"refine FILM rows.csv {mark}"):
+        code, said = go(line)
+        assert (code, f"{mark}: theta begins with 30" in said) == (2, True), said
+    assert {name: Path(name).read_bytes() for name in before} == before
+
+
 def test_other_outputs(go: Tell) -> None:
     code, said = go(f"track FILM --at 0=BOX --absent 5 -o d.xml --overlay d.mp4 {OPTIONS}")
     assert (code, "wrote d.mp4, d.xml" in said) == (0, True)
