@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
+import numpy as np
 import pytest
 from PIL import Image
 
@@ -23,6 +24,7 @@ from motes.core.track import COLUMNS, GROUND
 from motes.correction.history import History
 from motes.correction.passes import run_pass
 from motes.correction.rows import KnownRows
+from motes.rows.reader import read_track
 from motes.rows.schema import HINDSIGHT
 from motes.rows.writer import TrackWriter
 from motes.synthetic.clips import still
@@ -31,6 +33,7 @@ FRAMES = 24
 CLIP = still((96, 80), target=(30, 40), frames=FRAMES)
 BOX = "30,25,30,40"
 OPTIONS = "--preset mean_shift"
+TWO = "--init BOX --init 20,20,30,40"
 
 
 @pytest.fixture(scope="module")
@@ -135,17 +138,98 @@ def test_a_film_whose_name_is_no_text(go: Tell, film: Path) -> None:
 
 
 def test_of_several_objects_one_is_taken(go: Tell) -> None:
-    two = "--init BOX --init 20,20,30,40"
-    assert go(f"track FILM {two} -o many.csv {OPTIONS} --end 3")[0] == 0
-    way = "convert many.csv one.csv --identity 1"
-    message = f"many.csv has 2 objects; take one of them, as with motes {way}."
+    assert go(f"track FILM {TWO} -o many.csv {OPTIONS} --end 3")[0] == 0
     for line in ("refine FILM many.csv --at 2=BOX", "check FILM many.csv", "smooth many.csv -o s"):
         code, said = go(line)
-        assert (code, message in said) == (3, True), said
-    assert go(way)[0] == 0
-    assert go("check FILM one.csv")[0] == 0
-    assert go("smooth one.csv -o s.csv")[0] == 0
-    assert go("refine FILM one.csv --at 2=BOX")[0] == 0
+        message = "many.csv has 2 objects; choose one, as with --identity 1."
+        assert (code, message in said, len(said.splitlines())) == (3, True, 1), said
+        code, said = go(f"{line} --identity 7")
+        assert (code, "many.csv has no object 7; it has 1, 2." in said) == (3, True), said
+    assert go("convert many.csv one.csv --identity 2")[0] == 0
+    for rows, chosen in (("many.csv", "--identity 2"), ("one.csv", "")):
+        assert go(f"check FILM {rows} {chosen} -o {rows}.list.csv")[0] == 0
+        assert go(f"smooth {rows} -o {rows}.smooth.csv {chosen}")[0] == 0
+    for ending in ("list", "smooth"):
+        several, alone = (Path(f"{name}.csv.{ending}.csv") for name in ("many", "one"))
+        assert several.read_text() == alone.read_text()
+
+
+@pytest.mark.parametrize("ending", ["csv", "jsonl"])
+def test_one_of_several_objects_is_corrected_in_its_place(go: Tell, ending: str) -> None:
+    """It gets the rows that it would get alone, and the others keep theirs."""
+    rows, alone = f"many.{ending}", f"one.{ending}"
+    assert go(f"track FILM {TWO} -o {rows} {OPTIONS}")[0] == 0
+    assert go(f"convert {rows} {alone} --identity 2")[0] == 0
+    before = read_track(rows)
+    for line in ("--at 9=24,20,30,40", "--absent 15"):
+        assert go(f"refine FILM {rows} --identity 2 {line}")[0] == 0
+        assert go(f"refine FILM {alone} {line}")[0] == 0
+    after, expected = read_track(rows), read_track(alone)
+    assert after["id"].tolist() == before["id"].tolist() == [1, 2] * FRAMES
+    for name in (*COLUMNS, *HINDSIGHT):
+        np.testing.assert_array_equal(after[name][1::2], expected[name], err_msg=name)
+    for name in COLUMNS:
+        np.testing.assert_array_equal(after[name][::2], before[name][::2], err_msg=name)
+    assert go(f"convert {rows} again.{ending} --identity 2")[0] == 0
+    for line in (f"refine FILM {rows} --identity 1", f"refine FILM again.{ending}"):
+        assert go(f"{line} --at 20=BOX")[0] == 0
+    known = History.load(Path(f"{rows}.run.json"))
+    assert [(i, len(each.corrections)) for i, each in known.objects.items()] == [(2, 3), (1, 2)]
+    assert not known.corrections
+    assert len(History.load(Path(f"again.{ending}.run.json")).corrections) == 4
+    assert go(f"draw FILM {rows} -o drawn.mkv")[0] == 0
+
+
+def test_an_interrupted_correction_of_one_object_is_finished(go: Tell) -> None:
+    assert go(f"track FILM {TWO} -o many.csv {OPTIONS}")[0] == 0
+    line = "refine FILM many.csv --identity 2 --at 9=BOX --at 15=BOX"
+    assert go(f"{line} -o expected.csv")[0] == 0
+    with interrupted_at(3):
+        assert go(line)[0] == 130
+    code, said = go("check FILM many.csv --identity 1")
+    assert code == 0
+    assert "finish it with: motes refine film.mkv many.csv --identity 2" in said
+    assert go("refine FILM many.csv --identity 2")[0] == 0
+    assert Path("many.csv").read_text() == Path("expected.csv").read_text()
+    assert "was not finished" not in go("check FILM many.csv --identity 1")[1]
+
+
+def test_other_objects_keep_their_names_and_their_metres(go: Tell) -> None:
+    """Their fields stay as they are, and only new columns come between."""
+    assert go(f"track FILM {TWO} -o many.csv {OPTIONS} --scale 10")[0] == 0
+    path = Path("many.csv")
+    path.write_text(path.read_text().replace(",1,,", ',1,"a ""long"", grey one",'))
+    before = read_csv("many.csv")
+    assert go("refine FILM many.csv --identity 2 --at 9=BOX")[0] == 0
+    after = read_csv("many.csv")
+    assert tuple(after[0]) == (*COLUMNS, *HINDSIGHT, *GROUND)
+    for old, new in zip(before, after, strict=True):
+        if old["id"] == "1":
+            assert new == old | dict.fromkeys(HINDSIGHT, "")
+    Path("many.csv").write_text("".join(path.read_text().splitlines(keepends=True)[i] for i in
+                                        (0, 1, 1, 2)))  # fmt: skip
+    Path("many.csv.run.json").unlink()
+    code, said = go("check FILM many.csv --identity 2")
+    assert (code, "many.csv has an object twice in a frame; remove" in said) == (3, True), said
+
+
+def test_a_target_that_has_turned_on_and_on_is_checked_and_followed_again(go: Tell) -> None:
+    """Its angle is beyond a turn where a pass begins; what is typed begins within one."""
+    assert go(f"track FILM --init 44,44,15,20,0.5 -o rows.csv {OPTIONS}")[0] == 0
+    first, *parts = Path("rows.csv").read_text().split(",0.50000,")
+    assert len(parts) == FRAMES
+    turned = [f",{0.5 + i:.5f},{part}" for i, part in enumerate(parts)]
+    Path("turned.csv").write_text("".join([first, *turned]))
+    code, said = go("check FILM turned.csv")
+    assert code == 0, said
+    assert go("convert turned.csv keys.csv --to keyframes")[0] == 0
+    assert go(f"track FILM --keyframes keys.csv -o again.csv {OPTIONS}")[0] == 0
+    before = {name: Path(name).read_bytes() for name in ("rows.csv", "rows.csv.run.json")}
+    mark = "--at 3=44,44,15,20,30"
+    for line in (f"track FILM {mark} -o new.csv", f"refine FILM rows.csv {mark}"):
+        code, said = go(line)
+        assert (code, f"{mark}: theta begins with 30" in said) == (2, True), said
+    assert {name: Path(name).read_bytes() for name in before} == before
 
 
 def test_other_outputs(go: Tell) -> None:

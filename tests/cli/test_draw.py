@@ -104,6 +104,28 @@ def test_speeds_are_those_of_the_file_or_of_the_units(
 
 
 @pytest.mark.slow
+def test_the_speed_of_a_live_run_is_drawn_when_it_was(
+    go: Tell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Rows of a live run have that of a quarter of a second ago; the box gets ever faster."""
+    with VideoWriter("fall.mkv", 25) as writer:
+        for index in range(FRAMES):
+            pixels = np.full((60, 120, 3), 90, np.uint8)
+            left = 20 + round(0.08 * index**2)
+            pixels[20:40, left : left + 20] = (230, 40, 40)
+            writer.write(pixels)
+    fall = TRACK.replace("film.mkv", "fall.mkv")
+    assert go(f"{fall} -o rows.csv --scale 1")[0] == 0
+    said = list[str]()
+    paint = "motes.output.overlay._draw_label"
+    monkeypatch.setattr(paint, lambda image, text, *_: said.append(text))
+    assert go("draw fall.mkv rows.csv -o drawn.mkv")[0] == 0
+    speeds = [float(text.split()[-2]) for text in said]
+    true = 0.16 * 25 * np.arange(FRAMES)
+    np.testing.assert_allclose(speeds[8:-8], true[8:-8], rtol=0.1)
+
+
+@pytest.mark.slow
 def test_metres_are_added_to_rows_later_or_corrected(go: Tell) -> None:
     """They are those that the run would have had, and are remembered for what is corrected."""
     marks = "track film.mkv --at 0=20,20,20,20 --preset mean_shift"

@@ -49,6 +49,22 @@ def test_rows_have_places_and_speeds(go: Tell) -> None:
     assert (read_track("rows.jsonl")["speed"][seen] == rows["speed"][seen])[3:].all()
 
 
+def test_several_objects_have_their_own_metres(go: Tell) -> None:
+    Path("lens.yml").write_text(
+        "camera_matrix: !!opencv-matrix\n   data: [ 100., 0., 60., 0., 100., 45., 0., 0., 1. ]\n"
+        "distortion_coefficients: !!opencv-matrix\n   data: [ -0.2, 0., 0., 0., 0. ]\n"
+    )
+    units = "--scale 20 --lens lens.yml"
+    assert go(f"{TRACK} --init 70,40,20,30 {units}")[0] == 0
+    assert go(f"{TRACK.replace('rows', 'one')} {units}")[0] == 0
+    rows, one = read_track("rows.csv"), read_track("one.csv")
+    assert np.isfinite(rows["x_m"]).all()
+    first = rows[rows["id"] == 1]
+    for name in ("x_m", "y_m", "x_m_std", "speed", "speed_std"):
+        np.testing.assert_array_equal(first[name], one[name], err_msg=name)
+    assert go("draw film rows.csv -o drawn.mp4")[0] == 0
+
+
 def test_micrometres_are_kept(go: Tell) -> None:
     assert go(f"{TRACK} --scale 1e6")[0] == 0
     assert go("convert rows.csv rows.jsonl")[0] == 0
@@ -87,7 +103,7 @@ def test_the_ground_and_the_lens_are_files(go: Tell) -> None:
         ("--ground g.toml", 2, "g.toml: it has no [ground]"),
         ("--scale 20 --lens g.toml", 2, "g.toml: It has no camera_matrix"),
         ("--scale 20 --lens other.yml", 2, "calibrated at 640x480, and film has 120x90 pixels"),
-        ("--scale 20 --init 1,1,9,9", 2, "error: --scale is for one --init; omit it."),
+        ("--scale 20 --lens other.yml --init 1,1,9,9", 2, "calibrated at 640x480, and film has"),
     ],
 )
 def test_errors_are_one_line(go: Tell, line: str, code: int, message: str) -> None:

@@ -15,7 +15,7 @@ from motes.cli.frame_loop import FrameProgress
 from motes.cli.input_checks import check_counts, check_not_source, point_out_unfinished
 from motes.cli.known_run import TrackerOptions, corrected_run
 from motes.cli.messages import log
-from motes.cli.option_groups import OUTPUT, FileName, OutputFile, Overwrite, Whole
+from motes.cli.option_groups import OUTPUT, FileName, Identity, OutputFile, Overwrite, Whole
 from motes.cli.settings import TRACKER_HELP
 from motes.core.errors import FormatError
 from motes.core.files import write_whole, writing
@@ -42,6 +42,7 @@ def check(
     rows: Path,
     /,
     *,
+    identity: Identity = None,
     count: Annotated[Whole, Parameter(group=OUTPUT)] = COUNT,
     output: OutputFile = None,
     sheet: Annotated[Path | None, Parameter(group=OUTPUT)] = None,
@@ -75,8 +76,8 @@ def check(
             check_writable(path, overwrite)
     for name in (source, str(rows)):
         check_not_source(name, output, sheet)
-    table, film, history = corrected_run(source, rows, tracker)
-    point_out_unfinished(rows, history)
+    table, film, history = corrected_run(source, rows, tracker, identity)
+    point_out_unfinished(rows, History.beside(rows))
     tracks = table.tracks if table.hindsight else _compared(film, table, history)
     cuts = cuts_in(film.forward(tracks[0].frame, tracks[-1].frame))
     found = doubts(tracks, history.keys, count, cuts)

@@ -141,6 +141,7 @@ def convert(
     recorded = _checked(registry.read(rows, source, facts), rows, facts, fps)
     if identity is not None:
         recorded = _only(recorded, identity, rows)
+        known = known and known.of(identity)
     if plane := units.units():
         recorded = _measured(recorded, plane, form)
         known = known and replace(known, units=plane)

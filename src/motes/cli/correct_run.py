@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from msgspec.structs import replace
+
 from motes.cli.frame_loop import FrameProgress
 from motes.cli.messages import log
 from motes.core.errors import MotesError
@@ -83,7 +85,12 @@ def run_stretches(
 
 
 def refine_rows(
-    film: Film, table: KnownRows, before: History, after: History, goal: Path
+    film: Film,
+    table: KnownRows,
+    before: History,
+    after: History,
+    goal: Path,
+    whole: History | None = None,
 ) -> tuple[int, KeyboardInterrupt | None]:
     """Track what changes and what is not finished; write rows and history.
 
@@ -100,6 +107,8 @@ def refine_rows(
         The history before the correction and after it; the same one, to finish rows.
     goal
         The file of the new rows.
+    whole
+        The history of all objects, where the rows are those of one among several.
 
     Returns
     -------
@@ -116,16 +125,22 @@ def refine_rows(
     parts = changed(film.frames, before.keys, after.keys, before.unfinished)
     made = set[int]()
 
-    def replace(_: Stretch, tracks: list[Track]) -> None:
+    def take(_: Stretch, tracks: list[Track]) -> None:
         table.replace(tracks, after.units)
         made.update(track.frame for track in tracks)
 
-    after.unfinished_with(parts).save(goal)
+    def noted(left: Sequence[Stretch]) -> History:
+        history = after.unfinished_with(left)
+        if whole is None:
+            return history
+        return replace(whole, objects={**whole.objects, table.identity: history})
+
+    noted(parts).save(goal)
     left = parts
     try:
-        done, interrupted = run_stretches(film, parts, after, replace)
+        done, interrupted = run_stretches(film, parts, after, take)
         left = parts[done:]
     finally:
         table.write(goal)
-    after.unfinished_with(left).save(goal, whole=not left)
+    noted(left).save(goal, whole=not left)
     return len(made), interrupted

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Annotated
 
 from cyclopts import App, Parameter
-from msgspec.structs import replace
 
 from motes.cli.annotated_video import AnnotatedVideo, painted_scene, painted_target
 from motes.cli.draw_rows import object_moments, rows_in, target_moments
@@ -128,14 +127,11 @@ def draw(
         if given.single:
             opened = outputs.of_target(film, rows.stem, metres=plane is not None or given.metres)
             return run(film, opened, target_moments(film, given, plane), Tally())
-        if plane is not None and plane.lens is not None:
-            raise ConfigError("A lens is for rows of one target; omit --lens.")
         if output is None:
             refuse(units.given, "for rows of one target, and for the speeds in a video, -o")
         regions = (known and known.places) or Regions()
-        regions = replace(regions, ground=None if plane is None else plane.ground)
         opened = outputs.of_objects(film, rows.stem, regions)
-        return run(film, opened, object_moments(film, given, regions), Tally())
+        return run(film, opened, object_moments(film, given, regions, plane), Tally())
 
 
 def _units(rows: Path, options: UnitOptions, known: History | None) -> RealUnits | None:

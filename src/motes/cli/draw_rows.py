@@ -6,6 +6,7 @@ from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 from msgspec.structs import replace
 
 from motes.cli.frame_loop import Moment, Moments
@@ -25,6 +26,8 @@ from motes.mot.analytics.real_units import (
     GroundMotion,
     RealUnits,
     motion_in_hindsight,
+    moving_in_hindsight,
+    seen_live,
 )
 from motes.mot.analytics.regions import Regions
 from motes.rows.schema import FrameRow
@@ -115,7 +118,7 @@ def target_moments(film: Source, given: Given, units: RealUnits | None) -> Momen
     """Return what makes the moments of rows of one target."""
 
     def moments(frames: Iterator[Frame]) -> Generator[Moment, None, None]:
-        places = {} if given.metres else _measured(given, units or PIXELS)
+        places = _measured(given, units or PIXELS)
         for frame in _checked(frames, given, film):
             each = next(iter(given.objects(frame)), None)
             if each is None:
@@ -129,24 +132,37 @@ def target_moments(film: Source, given: Given, units: RealUnits | None) -> Momen
 
 
 def _measured(given: Given, units: RealUnits) -> dict[int, Columns]:
-    """Return places and speeds in frames; where covariances are unknown, so are deviations."""
+    """Return places and speeds in frames; where covariances are unknown, so are deviations.
+
+    Rows of a live run have the speeds of a quarter of a second ago, which would be drawn too late:
+    they are measured anew, now that the frames after each one are known.
+    """
     frames = range(given.last + 1)
     tracks = [next(iter(row.objects), None) if row else None for row in map(given.rows.get, frames)]
-    return dict(zip(frames, motion_in_hindsight(units, tracks), strict=True))
+    if not given.metres:
+        found = motion_in_hindsight(units, tracks)
+    elif any(track is not None and np.isfinite(track.covariance).all() for track in tracks):
+        return {}  # smoothed or corrected: they are of hindsight already
+    else:
+        found = moving_in_hindsight([seen_live(track) for track in tracks])
+    return dict(zip(frames, found, strict=True))
 
 
-def object_moments(film: Source, given: Given, regions: Regions) -> Moments:
+def object_moments(
+    film: Source, given: Given, regions: Regions, units: RealUnits | None
+) -> Moments:
     """Return what makes the moments of several objects, with what they do at lines and in zones."""
-    counter = EventCounter(regions, (film.width, film.height))
-    ground, motion = regions.ground, None
-    if ground is not None:
-        motion = GroundMotion(RealUnits(ground), (film.width, film.height))
+    size = film.width, film.height
+    counter = EventCounter(regions, size)
+    motion = None if units is None else GroundMotion(units, size)
     ends = {each.identity: row.frame for row in given.rows.values() for each in row.objects}
 
     def objects(frames: Iterator[Frame]) -> Iterator[tuple[Frame, list[Track]]]:
         for frame in _checked(frames, given, film):
             tracks = []
             for each in given.objects(frame):
+                if not each.placed:  # one that is marked as absent
+                    continue
                 # The box has all digits of the file; those of an ellipse are half as exact.
                 ellipse = Ellipse.from_box(each.box)
                 sought = frame.index < ends[each.identity]

@@ -175,13 +175,15 @@ def point_out_unfinished(rows: Path, known: History | None) -> None:
     """Say if the run that made rows was not finished, by what is remembered of it."""
     if known is None:
         return
-    if known.unfinished:
-        first, last = known.unfinished[0][0], known.unfinished[-1][1]
+    objects = [(f" --identity {number}", each) for number, each in known.objects.items()]
+    left = [(name, each.unfinished) for name, each in [("", known), *objects] if each.unfinished]
+    for name, parts in left:
+        first, last = parts[0][0], parts[-1][1]
         log(
             f"the run of {rows} was not finished between frames {first} and {last}; finish it "
-            f"with: motes refine {known.film} {rows}"
+            f"with: motes refine {known.film} {rows}{name}"
         )
-    elif known.lines is None and not known.corrections:  # the studio counts no lines
+    if not left and known.lines is None and not known.corrections:  # the studio counts no lines
         log(f"the run of {rows} was killed, or still goes on: what comes after them is missing.")
 
 

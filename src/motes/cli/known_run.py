@@ -106,8 +106,11 @@ def corrected_run(
     source: str,
     rows: Path,
     options: TrackerOptions,
+    identity: int | None,
 ) -> tuple[KnownRows, Film, History]:
     """Return the rows of one target, their film, and their history with its keyframes.
+
+    Of several targets, that with the identity is taken.
 
     Rows of a plain `motes track` get the first target as their keyframe, and may get another
     tracker.
@@ -120,13 +123,14 @@ def corrected_run(
         If the rows are not of one target, or it is another film.
     """
     check_order(source, rows)
-    known = History.beside(rows)
+    whole = History.beside(rows)
+    known = whole and whole.of(identity)
     run = known if known is not None and known.places is None else None  # not that of a scene
     own = options.given
     same = None if any(each is not None for each in own.values()) else run
     if same is not None:
         same.check_tracker(History.path(rows))
-    table = KnownRows(rows, growing=known is not None and bool(known.unfinished))
+    table = KnownRows(rows, growing=bool(known and known.unfinished), identity=identity)
     if known is not None and known.corrections:
         refuse(own, beside(rows))
     plane = units_of(rows, table.metres, known)

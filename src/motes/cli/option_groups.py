@@ -116,6 +116,10 @@ KeyframeError = Annotated[
         "1]",
     ),
 ]
+Identity = Annotated[
+    Whole | None, Parameter(group=TARGET, help="Of several objects, that with this identity.")
+]
+"""Which of several objects in rows is meant."""
 OutputFile = Annotated[Path | None, Parameter(name=["--output", "-o"], group=OUTPUT)]
 WithGuesses = Annotated[
     bool,

@@ -5,13 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 from cyclopts import App
+from msgspec.structs import replace
 
 from motes.cli.correct_run import refine_rows
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_not_source, point_out_corners
 from motes.cli.known_run import TrackerOptions, corrected_run
 from motes.cli.messages import log
-from motes.cli.option_groups import FileName, OutputFile, Overwrite
+from motes.cli.option_groups import FileName, Identity, OutputFile, Overwrite
 from motes.cli.settings import TRACKER_HELP
 from motes.cli.track_options import KeyframeOptions
 from motes.core import interrupts
@@ -28,6 +29,7 @@ def refine(
     rows: Path,
     /,
     *,
+    identity: Identity = None,
     keys: KeyframeOptions = KeyframeOptions(),
     output: OutputFile = None,
     overwrite: Overwrite = False,
@@ -57,7 +59,7 @@ def refine(
         check_writable(output, overwrite)
         check_writable(History.path(output), overwrite)
     new = keys.marks(source)
-    table, film, history = corrected_run(source, rows, tracker)
+    table, film, history = corrected_run(source, rows, tracker, identity)
     if not new and not history.unfinished:
         raise ConfigError(
             "There is nothing to correct; give --at FRAME=x,y,width,height or --absent."
@@ -68,7 +70,10 @@ def refine(
     marked = after.keys  # which takes time to make, with long absences
     for frame in dict(new):
         point_out_corners(marked.get(frame), film.width, film.height)
-    made, interrupted = refine_rows(film, table, history, after, goal)
+    whole = None
+    if table.several:
+        whole = History.beside(rows) or replace(history, corrections=[])
+    made, interrupted = refine_rows(film, table, history, after, goal, whole)
     log(
         f"{interrupts.word(interrupted)}{counted(len(dict(new)), 'correction')}, "
         f"{counted(made, 'row')} of {len(table.frames)} made anew; wrote {goal}."

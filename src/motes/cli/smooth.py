@@ -12,7 +12,7 @@ from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_not_source, point_out_unfinished
 from motes.cli.known_run import units_of
 from motes.cli.messages import log
-from motes.cli.option_groups import HYPHEN, OUTPUT, FileName, Overwrite
+from motes.cli.option_groups import HYPHEN, OUTPUT, FileName, Identity, Overwrite
 from motes.core.errors import counted
 from motes.core.files import is_special
 from motes.core.track import GROUND
@@ -31,6 +31,7 @@ def smooth(
     rows: Path,
     /,
     *,
+    identity: Identity = None,
     output: Annotated[FileName, HYPHEN, Parameter(name=["--output", "-o"], group=OUTPUT)],
     overwrite: Overwrite = False,
 ) -> int:
@@ -49,7 +50,8 @@ def smooth(
         File of the smoothed rows, .csv or .jsonl, or - for standard output.
     """
     check_not_source(str(rows), Path(output))
-    table, known = KnownRows(rows), History.beside(rows)
+    table, whole = KnownRows(rows, identity=identity), History.beside(rows)
+    known = whole and whole.of(identity)
     table.check_plain()
     point_out_unfinished(rows, known)
     table.check_whole()

@@ -138,5 +138,4 @@ def _check_fitting(
         refuse(unfit, "not for keyframes")
         return
     if len(target.regions()) > 1:
-        single = {"--figures": outputs.figures, **units.given}
-        refuse(single | {"--resume": outputs.resume}, "for one --init")
+        refuse({"--figures": outputs.figures, "--resume": outputs.resume}, "for one --init")

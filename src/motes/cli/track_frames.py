@@ -91,6 +91,8 @@ def track_several(asked: Request[TrackerConfig], regions: Sequence[Sequence[floa
     if asked.output is not None:
         check_several(asked.output, asked.outputs.format)
     trackers, tally = Trackers(asked.config, asked.seed), ObjectsTally(len(regions))
+    units = asked.units
+    motion = None if units is None else GroundMotion(units)
 
     def moments(pictures: Iterator[Frame]) -> Generator[Moment, None, None]:
         for frame in pictures:
@@ -103,13 +105,15 @@ def track_several(asked: Request[TrackerConfig], regions: Sequence[Sequence[floa
                 if tracker.info.note is not None:
                     log(tracker.info.note)
             each = [replace(track, identity=i) for i, track in enumerate(tracks, start=1)]
-            yield Moment(frame, each, None, seconds)
+            yield Moment(frame, each if motion is None else motion.update(each), None, seconds)
 
     with asked.frames.open(asked.source) as film:
+        check_size(units, film.name, film.width, film.height)
         say_rate(film)
         say_alone(film)
         opened = asked.pictures(film, painted_scene(Regions()))
-        return run(film, [*opened, *asked.remembered_rows(film)], moments, tally)
+        opened += asked.remembered_rows(film, () if units is None else GROUND)
+        return run(film, opened, moments, tally)
 
 
 def say_alone(film: Source) -> None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from motes.cli.input_checks import REGION, numbers_of, point_out_corners
+from motes.cli.input_checks import REGION, error_context, numbers_of, point_out_corners
 from motes.cli.messages import log
 from motes.cli.option_groups import (
     FLAG,
@@ -120,6 +120,7 @@ class KeyframeOptions:
         FormatError
             If the file cannot be read, or has keyframes of other films only.
         """
+        from motes.core.geometry import check_angle
         from motes.correction.keyframes import ABSENT, keyframes_of, marks_of
 
         found: Marks = []
@@ -130,7 +131,11 @@ class KeyframeOptions:
             frame, equals, region = text.partition("=")
             if not equals:
                 raise ConfigError(f"--at takes FRAME=x,y,width,height; got {text!r}.")
-            found += marks_of(frame, region)
+            marked = marks_of(frame, region)
+            if marked[0][1] is not None:
+                with error_context(f"--at {text}"):
+                    check_angle(marked[0][1][4])
+            found += marked
         for text in self.absent or []:
             found += marks_of(text, ABSENT)
         return found

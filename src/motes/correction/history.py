@@ -74,6 +74,9 @@ class History(msgspec.Struct, frozen=True, kw_only=True):
     part of it is told from the whole; None until then."""
     last: int | None = None
     """The last frame that the run has seen; None until it ended."""
+    objects: dict[int, History] = {}
+    """Where several objects are tracked, the histories of those that have been corrected, by their
+    identities."""
 
     @classmethod
     def of_run(
@@ -137,7 +140,8 @@ class History(msgspec.Struct, frozen=True, kw_only=True):
             history.check_frames()
             checked_seed(history.seed)
             check_rate(history.fps)
-            history.keys  # noqa: B018
+            for each in (history, *history.objects.values()):
+                each.keys  # noqa: B018
         except OSError as error:
             raise InputError(f"{path} cannot be read: {error.strerror}.") from None
         except (msgspec.MsgspecError, ConfigError, RecursionError) as error:
@@ -220,6 +224,12 @@ class History(msgspec.Struct, frozen=True, kw_only=True):
             return self
         new = [(frame, None if mark is None else [*mark]) for frame, mark in found.items()]
         return replace(self, corrections=[*self.corrections, new])
+
+    def of(self, identity: int | None) -> History:
+        """Return the history of one of several objects; the same one for None."""
+        if identity is None:
+            return self
+        return self.objects.get(identity, replace(self, objects={}))
 
     def unfinished_with(self, left: Iterable[Stretch]) -> History:
         """Return the history with stretches that are not finished."""

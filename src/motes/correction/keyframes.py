@@ -43,13 +43,21 @@ _NUMBERS = re.compile(r"[-+.:\d]+")
 
 
 def keyframes_in(marks: Marks) -> dict[int, Ellipse | None]:
-    """Return keyframes in order from a mapping; raise a ConfigError if they are none."""
+    """Return keyframes in order from a mapping; raise a ConfigError if they are none.
+
+    The angle of the first region is within a turn.
+    """
     if not isinstance(marks, Mapping):
         raise ConfigError(
             f"Keyframes are a mapping from numbers of frames to regions, such as {{0: (300, 200, "
             f"40, 60)}}; got {' '.join(repr(marks).split())[:80]}."
         )
-    return keyframes(marks.items())
+    found = keyframes(marks.items())
+    for region in found.values():
+        if region is not None:
+            check_angle(region.theta)
+            break  # later ones may go on beyond a turn
+    return found
 
 
 def keyframes(marks: Iterable[tuple[int, Numbers | None]]) -> dict[int, Ellipse | None]:

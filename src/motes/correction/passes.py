@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
@@ -110,7 +111,8 @@ def run_pass(
         if tracks:
             tracks.append(tracker.update(frame))
         else:
-            tracks.append(tracker.init(frame, region))
+            within = math.fmod(region.theta, 2 * math.pi)  # a target may have turned on and on
+            tracks.append(tracker.init(frame, region._replace(theta=within)))
             if other is not None:
                 tracker.learn_also(*other)
         if observe is not None:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+import msgspec
 import numpy as np
 from msgspec.structs import replace
 
@@ -15,7 +18,7 @@ from motes.core.geometry import Ellipse
 from motes.core.track import COLUMNS, DEVIATIONS, ELLIPSE, GROUND, Status, Track
 from motes.mot.analytics.real_units import Columns, RealUnits, motion_in_hindsight
 from motes.rows.reader import table_of
-from motes.rows.schema import HINDSIGHT, NUMBERS, FrameRow, form_of, head, line
+from motes.rows.schema import HINDSIGHT, NUMBERS, Form, FrameRow, form_of, head, line
 from motes.video.film import Film
 
 NEEDED = ("frame", "time", "id", "label", *ELLIPSE, "confidence", "status")
@@ -29,7 +32,7 @@ TIME_TOLERANCE = 1e-3
 
 
 class KnownRows:
-    """The rows of a file that `motes track`, `smooth` or `refine` has written.
+    """The rows of one object in a file that `motes track`, `smooth` or `refine` has written.
 
     Parameters
     ----------
@@ -37,11 +40,17 @@ class KnownRows:
         A .csv or .jsonl file.
     growing
         Whether its last line may be cut off, as of a run that was killed. It is then left out.
+    identity
+        Which object is meant; None for the only one. Rows of others stay as they are.
 
     Attributes
     ----------
     columns
         Their columns.
+    identity
+        The identity of the object.
+    several
+        Whether the file has other objects.
     tracks
         The track of each row, in order of the frames; without a place, NaN. The variances are NaN
         where the file has none.
@@ -49,10 +58,11 @@ class KnownRows:
     Raises
     ------
     InputError
-        If the file cannot be read, is empty, lacks a column, or holds rows of many objects.
+        If the file cannot be read, is empty, lacks a column, or does not have this object; also if
+        it has several, and none is chosen.
     """
 
-    def __init__(self, path: Path, *, growing: bool = False) -> None:
+    def __init__(self, path: Path, *, growing: bool = False, identity: int | None = None) -> None:
         self._path, self._form = path, form_of(path)
         text = read_text(path, InputError, newline="")
         if growing:
@@ -62,16 +72,23 @@ class KnownRows:
         if missing := [name for name in NEEDED if name not in self.columns]:
             what = f"{path} lacks {', '.join(missing)} among its columns"
             raise InputError(f"{what}; give one of motes track, or make one with motes convert.")
-        if len(identities := sorted({*table["id"].tolist()})) > 1:
-            raise InputError(
-                f"{path} has {len(identities)} objects; take one of them, as with motes convert "
-                f"{path} one{path.suffix} --identity {identities[0]}."
-            )
         if not len(table):
             raise InputError(f"{path} has no rows; give a file of motes track that has some.")
-        self._id, self._label = int(table["id"][0]), str(table["label"][0]) or None
+        identities = sorted({*table["id"].tolist()})
+        if identity is None and len(identities) > 1:
+            raise InputError(
+                f"{path} has {len(identities)} objects; choose one, as with --identity "
+                f"{identities[0]}."
+            )
+        if identity not in (None, *identities):
+            known = ", ".join(map(str, identities[:20]))
+            raise InputError(f"{path} has no object {identity}; it has {known}.")
+        self.identity = identities[0] if identity is None else identity
+        self.several = len(identities) > 1
+        mine = table["id"] == self.identity
+        self._label = str(table["label"][mine][0]) or None
         self.tracks = [
-            _track(path, dict(zip(self.columns, row.tolist(), strict=True))) for row in table
+            _track(path, dict(zip(self.columns, row.tolist(), strict=True))) for row in table[mine]
         ]
         frames = [track.frame for track in self.tracks]
         if frames != sorted(set(frames)) or frames[0] < 0:
@@ -81,19 +98,28 @@ class KnownRows:
         lines = [f"{each}\n" for each in lines_of(text)]
         self._head = lines[: self._form == "csv"]
         kept = [text for text in lines[len(self._head) :] if text.strip()]
-        if len(kept) != len(frames):
+        if len(kept) != len(table):
             raise InputError(f"{path} has a row of several lines; give its object a plain label.")
-        self._lines = dict(zip(frames, kept, strict=True))
+        keys = zip(table["frame"].tolist(), table["id"].tolist(), strict=True)
+        self._lines = dict(zip(keys, kept, strict=True))
+        if len(self._lines) != len(kept):
+            raise InputError(f"{path} has an object twice in a frame; remove one of its rows.")
 
     @property
     def hindsight(self) -> bool:
-        """Whether the rows have variances and outliers: they are smoothed or corrected."""
-        return set(DEVIATIONS) <= set(self.columns)
+        """Whether the rows have variances and outliers: they are smoothed or corrected.
+
+        The columns may be there for another object.
+        """
+        known = set(DEVIATIONS) <= set(self.columns)
+        return known and not (
+            self.several and all(np.isnan(track.covariance).any() for track in self.tracks)
+        )
 
     @property
     def frames(self) -> list[int]:
         """The frames that have a row, in order."""
-        return sorted(self._lines)
+        return [track.frame for track in self.tracks]
 
     @property
     def first_tracked(self) -> Track:
@@ -165,13 +191,16 @@ class KnownRows:
 
     def row(self, track: Track, place: Columns) -> FrameRow:
         """Return a row of the target in hindsight, with its identity, its class and its metres."""
-        named = replace(track, identity=self._id, label=self._label, smoothed=True, further=place)
+        named = replace(
+            track, identity=self.identity, label=self._label, smoothed=True, further=place
+        )
         return FrameRow(track.frame, track.time, (named,))
 
     def replace(self, tracks: Iterable[Track], units: RealUnits | None = None) -> None:
         """Replace the rows of these frames, or add them; all others stay to the byte.
 
-        Rows without the columns of hindsight get them: the others are then empty there.
+        Rows without the columns of hindsight get them: the others, and other objects, are then
+        empty there.
 
         Parameters
         ----------
@@ -186,14 +215,17 @@ class KnownRows:
         usual = (*COLUMNS, *HINDSIGHT)
         columns = (*usual, *(name for name in self.columns if name not in usual))
         if columns != self.columns:
-            self.columns, new = columns, known
+            before, self.columns, new = self.columns, columns, known
             self._head = [f"{text}\n" for text in head(self._form, columns)]
+            for key, text in self._lines.items():
+                if key[1] != self.identity:
+                    self._lines[key] = widened(text, self._form, before, columns)
         places = motion_in_hindsight(units, map(as_read, self.tracks))
         for track, place in zip(self.tracks, places, strict=True):
             if track.frame in new:
                 row = self.row(track, place)
                 values = row.values(row.objects[0], columns[len(COLUMNS) :])
-                self._lines[track.frame] = line(self._form, columns, values) + "\n"
+                self._lines[track.frame, self.identity] = line(self._form, columns, values) + "\n"
 
     def write(self, path: Path) -> None:
         """Write all rows.
@@ -203,9 +235,33 @@ class KnownRows:
         FormatError
             If the file cannot be written; an old one stays.
         """
-        lines = [*self._head, *(self._lines[frame] for frame in sorted(self._lines))]
+        lines = [*self._head, *(self._lines[key] for key in sorted(self._lines))]
         with writing(path):
             write_whole(path, "".join(lines).encode())
+
+
+def widened(text: str, form: Form, before: Sequence[str], columns: Sequence[str]) -> str:
+    """Return the line of a row with further columns, which are empty; its fields stay as they are.
+
+    Parameters
+    ----------
+    text
+        The line, with its end.
+    form
+        The form of the rows.
+    before, columns
+        The columns that it has, and those that it gets.
+    """
+    if form == "jsonl":
+        values = msgspec.json.decode(text, type=dict[str, msgspec.Raw])
+        fields = [bytes(values.get(name, b"null")).decode() for name in columns]
+        pairs = zip(columns, fields, strict=True)
+        return "{" + ", ".join(f'"{name}": {field}' for name, field in pairs) + "}\n"
+    (row,) = csv.reader([text])
+    known = dict(zip(before, row, strict=True))
+    made = io.StringIO()
+    csv.writer(made, lineterminator="\n").writerow(known.get(name, "") for name in columns)
+    return made.getvalue()
 
 
 def as_read(track: Track) -> Track:

@@ -148,7 +148,11 @@ def motion_in_hindsight(units: RealUnits | None, tracks: Iterable[Track | None])
     if units is None:
         return [{} for _ in tracks]
     units = units.corrected()
-    seen = [seen_in(units, track) for track in tracks]
+    return moving_in_hindsight([seen_in(units, track) for track in tracks])
+
+
+def moving_in_hindsight(seen: Sequence[Seen | None]) -> list[Columns]:
+    """Return the places in successive frames with their speeds, as `motion_in_hindsight`."""
     found: list[Columns] = [{}] * len(seen)
     stretch = list[Seen]()
     for end, each in enumerate([*seen, None]):
@@ -182,6 +186,19 @@ def seen_in(units: RealUnits, track: Track | None) -> Seen | None:
         return None
     found = place_of(units, track)
     return None if found is None else Seen(track.time, *found)
+
+
+def seen_live(track: Track | None) -> Seen | None:
+    """Return where the row of a live run has a target in metres; None where it has it nowhere.
+
+    Its deviations are taken for those of x and y alone. A live run has no keyframes: what is there
+    without a deviation, as the first place, is not exact.
+    """
+    if track is None or not math.isfinite(track.number("x_m")):
+        return None
+    x, y, *deviations = (track.number(name) for name in GROUND[:4])
+    variances = np.maximum(np.square(deviations), np.finfo(float).tiny)
+    return Seen(track.time, np.array([x, y]), np.diag(variances))
 
 
 def place_of(units: RealUnits, track: Track) -> tuple[Floats, Floats] | None:

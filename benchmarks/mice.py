@@ -1,0 +1,132 @@
+"""Four mice of one color in an arena, rendered: how many of their places are right.
+
+    python benchmarks/mice.py [--films 6]
+
+They wander, stop, turn, and go to each other; they touch in about a sixth of the frames. Each is
+marked in the first frame, by an upright box or by an ellipse, and all are followed by one
+`Trackers`. A place is right within half a body's length of the mouse's own center, whatever the
+status. `sure` is the share of the wrong ones that are tracked with a confidence of one half.
+"""
+
+from __future__ import annotations
+
+import argparse
+
+import cv2
+import numpy as np
+
+from motes import Status, Trackers
+from motes.core.frame import Frame
+from motes.core.types import Floats
+
+WIDTH, HEIGHT, FRAMES, MICE, RATE = 800, 600, 600, 4, 25
+LONG, THIN = 26, 13
+"""Half-axes of a body without its head, in pixels."""
+NEAR = 26
+"""Largest distance of a right place, in pixels."""
+WAYS = (
+    ("default", "box"), ("default", "ellipse"), ("maggio", "box"), ("maggio", "ellipse"),
+)  # fmt: skip
+
+
+def walk(rng: np.random.Generator) -> Floats:
+    """Return the ways (frames, mice, 3): x, y and the direction of the head."""
+    places = np.array([[200, 150], [600, 150], [200, 450], [600, 450]], float)
+    angles, speeds = rng.uniform(0, 2 * np.pi, MICE), np.full(MICE, 3.0)
+    goals, rests = rng.uniform(80, (WIDTH - 80, HEIGHT - 80), (MICE, 2)), np.zeros(MICE, int)
+    ways = np.zeros((FRAMES, MICE, 3))
+    for n in range(FRAMES):
+        for k in range(MICE):
+            if np.hypot(*(goals[k] - places[k])) < 30 or rng.random() < 0.004:
+                alone = rng.random() < 0.5
+                goals[k] = rng.uniform(70, (WIDTH - 70, HEIGHT - 70))
+                if not alone:
+                    goals[k] = places[rng.integers(MICE)] + rng.normal(0, 20, 2)
+                rests[k] = rng.integers(10, 40) if rng.random() < 0.3 else rests[k]
+            wanted = 0.2 if rests[k] else rng.uniform(3, 6)
+            rests[k] = max(rests[k] - 1, 0)
+            toward = np.arctan2(*(goals[k] - places[k])[::-1])
+            turn = (toward - angles[k] + np.pi) % (2 * np.pi) - np.pi
+            angles[k] += np.clip(turn, -0.18, 0.18) + rng.normal(0, 0.05)
+            speeds[k] += 0.2 * (wanted - speeds[k])
+            places[k] += speeds[k] * np.array([np.cos(angles[k]), np.sin(angles[k])])
+        for i in range(MICE):
+            for j in range(i):  # bodies push each other away
+                apart = places[i] - places[j]
+                distance = np.hypot(*apart)
+                push = apart / (distance + 1e-6) * max(30 - distance, 0) / 2
+                places[i] += push
+                places[j] -= push
+        places = places.clip(45, (WIDTH - 45, HEIGHT - 45))
+        ways[n, :, :2], ways[n, :, 2] = places, angles
+    return ways
+
+
+def arena(rng: np.random.Generator) -> Floats:
+    """Return the floor and its walls."""
+    rough = rng.normal(0, 5, (HEIGHT // 10, WIDTH // 10)).astype(np.float32)
+    smooth = cv2.resize(rough, (WIDTH, HEIGHT))[..., None]
+    floor: Floats = np.repeat(205.0 + smooth, 3, axis=2)
+    cv2.rectangle(floor, (20, 20), (WIDTH - 20, HEIGHT - 20), (120, 120, 120), 6)
+    return floor
+
+
+def picture(floor: Floats, mice: Floats, rng: np.random.Generator) -> Floats:
+    """Return a frame: dark bodies, heads with ears, and camera noise."""
+    image = floor.copy()
+    for x, y, angle in mice.tolist():
+        along, across = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+        center = np.array([x, y])
+        tail = (center - along * (LONG - 4), center - along * (LONG + 22))
+        begin, end = (point.astype(int).tolist() for point in tail)
+        cv2.line(image, begin, end, (110, 90, 90), 2)
+        body = (center.tolist(), (2 * LONG, 2 * THIN), np.degrees(angle))
+        cv2.ellipse(image, body, (40, 42, 45), -1, cv2.LINE_AA)
+        head = center + along * (LONG - 3)
+        cv2.circle(image, head.astype(int).tolist(), 9, (50, 52, 55), -1, cv2.LINE_AA)
+        for side in (-8, 8):
+            ear = head + side * across - 4 * along
+            cv2.circle(image, ear.astype(int).tolist(), 4, (95, 75, 80), -1, cv2.LINE_AA)
+    noisy: Floats = cv2.GaussianBlur(image, (3, 3), 0) + rng.normal(0, 3, image.shape)
+    return noisy
+
+
+def regions(mice: Floats, form: str) -> list[tuple[float, ...]]:
+    """Return how the mice of a frame are marked."""
+    if form == "ellipse":
+        return [(x, y, LONG + 4, THIN + 1, angle) for x, y, angle in mice.tolist()]
+    side = 2 * LONG + 4
+    return [(x - side / 2, y - side / 2, side, side) for x, y, _ in mice.tolist()]
+
+
+def main() -> None:
+    """Print the shares of all films for each way."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--films", type=int, default=6)
+    right: dict[tuple[str, str], list[bool]] = {way: [] for way in WAYS}
+    sure: dict[tuple[str, str], list[bool]] = {way: [] for way in WAYS}
+    for seed in range(parser.parse_args().films):
+        rng = np.random.default_rng(seed)
+        ways, floor = walk(rng), arena(rng)
+        pictures = [picture(floor, mice, rng).clip(0, 255).astype(np.uint8) for mice in ways]
+        frames = [Frame(n, n / RATE, pixels) for n, pixels in enumerate(pictures)]
+        for preset, form in WAYS:
+            trackers = Trackers(preset, seed=0)
+            trackers.init(frames[0], regions(ways[0], form))
+            for frame in frames[1:]:
+                for track, (x, y, _) in zip(
+                    trackers.update(frame), ways[frame.index].tolist(), strict=True
+                ):
+                    here = np.hypot(track.ellipse.x - x, track.ellipse.y - y) <= NEAR
+                    right[preset, form].append(bool(here))
+                    if not here:
+                        tracked = track.status is Status.TRACKING
+                        sure[preset, form].append(tracked and track.confidence >= 0.5)
+        print(f"{seed + 1} films")
+        for preset, form in WAYS:
+            shares = np.mean(right[preset, form]), np.mean(sure[preset, form] or [False])
+            print(f"  {preset:8} {form:8} right {shares[0]:.2f}, of the wrong sure {shares[1]:.2f}")
+
+
+if __name__ == "__main__":
+    main()
