@@ -220,7 +220,7 @@ class ScaleFilter(Config, frozen=True):
         out = np.empty((len(model.numerator), self.count), np.float32)
         kernels.search_window.cells_of_sizes(
             frame.pixels, ellipse, self.factors, taper(1, self.count)[0], model.rows, model.columns,
-            CELL_SIZE, sectors(), out,
+            sectors(), out,
         )  # fmt: skip
         return rfft(out)
 

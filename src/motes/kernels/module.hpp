@@ -153,7 +153,8 @@ inline bool add_kernels(PyObject* extension) {
                {unlocked<search_window::cut>("cut"),
                 unlocked<search_window::cut_around>("cut_around"),
                 unlocked<search_window::cells_of_sizes>("cells_of_sizes"),
-                unlocked<search_window::gradient_cells>("gradient_cells")}) &&
+                unlocked<search_window::gradient_cells>("gradient_cells")},
+               {{"CELL", search_window::CELL}}) &&
            add(extension, "selective_update", {unlocked<selective_update::update>("update")}) &&
            add(extension, "sobel",
                {unlocked<sobel::sobel>("sobel"), unlocked<sobel::histograms>("histograms"),
