@@ -162,7 +162,7 @@ void confine(Volume<const Complex> learned, double penalty, Index wide, Index hi
         for (Index i = 0; i < from.size; ++i)
             to[i] = first ? near * from[i] : near * from[i] + part[i];
         transform.columns_back({to.data, n, half});
-        transform.lines_back(top, half, box);
+        transform.lines_back(top, box);
         for (Index i = 0; i < high; ++i) {
             std::fill_n(box[i], left, 0.0f);
             std::fill(box[i] + left + wide, box[i] + n, 0.0f);
