@@ -164,18 +164,25 @@ void join(const Line& rows, const std::uint8_t* start, Index i, Index span,
 
 // Writes a row of samples (3, W), row `i` of `out`, each from `taps` pixels of a picture's line.
 //
-// A pixel's channels are `apart` places apart: 0 if it is gray.
+// A pixel's channels are `apart` places apart: 0 if it is gray. Four are added up at once, in
+// `sums` (4 W,), as vector code; the fourth is what lies behind a pixel, and is left there.
 template <Index taps, Index apart>
-void weigh(const Line& columns, const float* line, bool reversed, Index i, Volume<float> out) {
-    float *first = out[reversed ? 2 : 0][i], *middle = out[1][i], *last = out[reversed ? 0 : 2][i];
+void weigh(const Line& columns, const float* line, bool reversed, Index i, float* __restrict sums,
+           Volume<float> out) {
     for (Index j = 0; j < out.columns; ++j) {
-        float low = 0.0f, mid = 0.0f, high = 0.0f;
+        float sum[4] = {};
         for (Index v = 0; v < taps; ++v) {
             const float share = columns.shares[j][v];
             const float* pixel = line + columns.places[j][v];
-            low += share * pixel[0], mid += share * pixel[apart], high += share * pixel[2 * apart];
+            for (Index c = 0; c < 4; ++c) sum[c] += share * pixel[c * apart];
         }
-        first[j] = low, middle[j] = mid, last[j] = high;
+        std::copy_n(sum, 4, sums + 4 * j);
+    }
+    float* __restrict first = out[reversed ? 2 : 0][i], * __restrict middle = out[1][i];
+    float* __restrict last = out[reversed ? 0 : 2][i];
+    for (Index j = 0; j < out.columns; ++j) {
+        const float* sum = sums + 4 * j;
+        first[j] = sum[0], middle[j] = sum[1], last[j] = sum[2];
     }
 }
 
@@ -185,8 +192,9 @@ inline void cut_upright(Picture picture, Pair corner, Pair step, Volume<float> o
     const Line rows(corner.y, step.y, out.rows, picture.height, picture.line);
     const Index span = columns.last + picture.span(1);
     const std::uint8_t* start = picture.data + rows.first + columns.first;
-    Scratch<float> scratch(span);
+    Scratch<float> scratch(span + 1), sums(4 * out.columns);
     float* __restrict line = scratch;
+    line[span] = 0.0f;  // behind the last pixel
     constexpr decltype(&weigh<1, 0>) by_taps[2][4] = {
         {weigh<1, 0>, weigh<2, 0>, weigh<3, 0>, weigh<4, 0>},
         {weigh<1, 1>, weigh<2, 1>, weigh<3, 1>, weigh<4, 1>}};
@@ -195,7 +203,7 @@ inline void cut_upright(Picture picture, Pair corner, Pair step, Volume<float> o
     const auto join_lines = joins[rows.taps - 1];
     for (Index i = 0; i < out.rows; ++i) {
         join_lines(rows, start, i, span, line);
-        weigh_row(columns, line, picture.order == Order::BGR, i, out);
+        weigh_row(columns, line, picture.order == Order::BGR, i, sums, out);
     }
 }
 
