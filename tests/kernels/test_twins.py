@@ -233,6 +233,20 @@ def test_two_pictures_differ_by_a_mean_and_a_median_ratio(least: float) -> None:
     assert_close(ratio, expected)
 
 
+@pytest.mark.parametrize("columns", [70, 71])
+@pytest.mark.parametrize(
+    "every", [1, 4, 16], ids=["alike", "some differ", "those looked at differ"]
+)
+def test_the_median_ratio_is_that_of_all_points(columns: int, every: int) -> None:
+    """Most are left out after a look at every 16th, which may be unlike the others."""
+    other = RNG.uniform(50, 90, (91, columns)).astype(np.float32)
+    one = other * RNG.choice(np.linspace(0.9, 1.1, 30), other.shape).astype(np.float32)
+    one.ravel()[::every] *= 1.5
+    count, ratio = kernels.planes.median_ratio(one, other, 10.0, 200.0)
+    assert count == other.size
+    assert ratio == np.median(one / other)
+
+
 def test_the_spread_of_places_by_their_covariance() -> None:
     places = RNG.normal(size=(50, 2)) @ RNG.normal(size=(2, 2))
     covariance = np.cov(places.T)
