@@ -32,7 +32,6 @@ public:
           columns_(columns),
           across_(columns),
           down_(rows),
-          up_(rows),
           values_(2 * columns),
           room_(2 * columns),
           numbers_(rows),
@@ -88,21 +87,21 @@ public:
         });
     }
     void columns_forward(Plane<Complex> out) const {
-        turn(down_, {between_.begin(), rows_, between_.columns()}, out);
+        turn<-1>({between_.begin(), rows_, between_.columns()}, out);
     }
-    void columns_back(Plane<const Complex> spectrum) const { turn(up_, spectrum, between_); }
+    void columns_back(Plane<const Complex> spectrum) const { turn<1>(spectrum, between_); }
     Plane<Complex> between() const { return between_; }
 
 private:
-    template <typename Transform>
-    void turn(const Transform& transform, Plane<const Complex> from, Plane<Complex> to) const {
+    template <int way>
+    void turn(Plane<const Complex> from, Plane<Complex> to) const {
         in_groups(from.columns, [&](Index first, auto count) {
             for (Index i = 0; i < rows_; ++i) {
                 const Complex* line = from[i] + first;
                 numbers_[i] = {gathered(count, [&](Index lane) { return line[lane].real(); }),
                                gathered(count, [&](Index lane) { return line[lane].imag(); })};
             }
-            const Numbers* found = transform.run(numbers_, more_);
+            const Numbers* found = down_.run<way>(numbers_, more_);
             for (Index i = 0; i < rows_; ++i)
                 for (Index lane = 0; lane < count; ++lane)
                     to[i][first + lane] = {found[i].r[lane], found[i].i[lane]};
@@ -111,8 +110,7 @@ private:
 
     Index rows_, columns_;
     RealLines across_;
-    ComplexLines<-1> down_;
-    ComplexLines<1> up_;
+    ComplexLines down_;
     Scratch<Lanes> values_, room_;
     Scratch<Numbers> numbers_, more_;
     ScratchPlane<Complex> between_;  // a plane of which only the lines are transformed
