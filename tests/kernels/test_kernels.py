@@ -78,7 +78,7 @@ def calls(compiled: Any) -> dict[str, Any]:
     samples = found["cut"] = np.empty((3, 24, 32), np.float32)
     compiled.search_window.cut(PIXELS, (3.0, 4.0), (1.7, 0.0), (0.0, 0.6), samples)
     cells = found["cells"] = np.empty((30, 6, 8), np.float32)
-    compiled.search_window.gradient_cells(samples, 4, sectors(), cells)
+    compiled.search_window.gradient_cells(samples, sectors(), cells)
     posterior = found["posterior"] = np.empty((25, 33))
     inside, outside = samples.ravel()[:2048].repeat(16), np.ones(32768, np.float32)
     compiled.color_posterior.color_integral(samples, inside, outside, posterior)

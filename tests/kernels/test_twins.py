@@ -13,7 +13,7 @@ from scipy import fft
 from motes import kernels
 from motes.core.types import Floats
 from motes.cues.fourier import irfft2, rfft, rfft2
-from motes.cues.search_window import CELL_SIZE, features, sectors
+from motes.cues.search_window import features, sectors
 from motes.kernels.structures import NoiseScales, PointCues
 from oracles import mosaic
 
@@ -107,9 +107,7 @@ def test_cells_of_sizes_are_those_of_each_size() -> None:
     pixels, place = mosaic(3, 60, 80), (38.0, 31.0, 11.0, 16.0, 0.2)
     factors, tapers = np.array([0.8, 1.0, 1.3]), np.array([0.1, 1.0, 0.4], np.float32)
     out, window = np.empty((30 * 4 * 3, 3), np.float32), np.empty((3, 16, 12), np.float32)
-    kernels.search_window.cells_of_sizes(
-        pixels, place, factors, tapers, 4, 3, CELL_SIZE, sectors(), out
-    )
+    kernels.search_window.cells_of_sizes(pixels, place, factors, tapers, 4, 3, sectors(), out)
     for n, factor in enumerate(factors.tolist()):
         step = 22 * factor / 12, 32 * factor / 16
         kernels.search_window.cut_around(pixels, place, step, window)
@@ -233,6 +231,20 @@ def test_two_pictures_differ_by_a_mean_and_a_median_ratio(least: float) -> None:
     count, ratio = kernels.planes.median_ratio(one, other, least, 9.0)
     assert count == np.count_nonzero(known)
     assert_close(ratio, expected)
+
+
+@pytest.mark.parametrize("columns", [70, 71])
+@pytest.mark.parametrize(
+    "every", [1, 4, 16], ids=["alike", "some differ", "those looked at differ"]
+)
+def test_the_median_ratio_is_that_of_all_points(columns: int, every: int) -> None:
+    """Most are left out after a look at every 16th, which may be unlike the others."""
+    other = RNG.uniform(50, 90, (91, columns)).astype(np.float32)
+    one = other * RNG.choice(np.linspace(0.9, 1.1, 30), other.shape).astype(np.float32)
+    one.ravel()[::every] *= 1.5
+    count, ratio = kernels.planes.median_ratio(one, other, 10.0, 200.0)
+    assert count == other.size
+    assert ratio == np.median(one / other)
 
 
 def test_the_spread_of_places_by_their_covariance() -> None:

@@ -128,9 +128,12 @@ def area(corners: Floats) -> float:
     return float(abs(twice) / 2)
 
 
+WITHOUT_ORDER = (str, bytes, bytearray, Set, Mapping)
+
+
 def in_order(numbers: Any) -> Any:
     """Return numbers that have an order; raise a TypeError for a set, a mapping, text or bytes."""
-    if isinstance(numbers, str | bytes | bytearray | Set | Mapping):
+    if isinstance(numbers, WITHOUT_ORDER):
         raise TypeError(f"{type(numbers).__name__} has no numbers in order")
     return numbers
 

@@ -226,22 +226,24 @@ def means(integral: Floats, boxes: Floats) -> Floats:
     return out
 
 
-def scaled(boxes: Floats, scale: float) -> Floats:
-    """Return boxes (N, 4) with their sides multiplied by `scale`."""
-    return boxes * (1.0, 1.0, scale, scale)
+def _scales(*scales: float) -> Floats:
+    """Return factors (n, 1, 4) by which the sides of boxes (N, 4) are multiplied."""
+    return np.array([[(1.0, 1.0, scale, scale)] for scale in scales])
+
+
+BORDERS, CONTRAST = _scales(1 - BORDER, 1.0, 1 + BORDER), _scales(CORE_FRACTION, 1.0, SURROUNDINGS)
+"""What `borders` and `contrast` compare."""
 
 
 def borders(integral: Floats, boxes: Floats) -> Floats:
     """Return the mean posterior just inside and just outside of boxes (see `means`), (N, 2)."""
-    sizes = [scaled(boxes, scale) for scale in (1 - BORDER, 1.0, 1 + BORDER)]
-    low, one, high = means(integral, np.concatenate(sizes)).reshape(3, -1)
+    low, one, high = means(integral, (BORDERS * boxes).reshape(-1, 4)).reshape(3, -1)
     less, more = (1 - BORDER) ** 2, (1 + BORDER) ** 2
     return np.stack([(one - less * low) / (1 - less), (more * high - one) / (more - 1)], axis=1)
 
 
 def contrast(integral: Floats, box: Floats) -> float:
     """Return the mean posterior in a target's box (4,) minus that around it, -1 to 1."""
-    sizes = [scaled(box, scale) for scale in (CORE_FRACTION, 1.0, SURROUNDINGS)]
-    core, one, wide = means(integral, np.array(sizes)).tolist()
+    core, one, wide = means(integral, (CONTRAST * box).reshape(-1, 4)).tolist()
     area = SURROUNDINGS**2
     return float(core - (area * wide - one) / (area - 1))

@@ -9,12 +9,14 @@ The size is found by the same regression over sizes instead of places (section 3
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import Annotated
 
 import msgspec
 import numpy as np
 from msgspec import Meta
 from msgspec.structs import replace
+from numpy.typing import NDArray
 
 from motes import kernels
 from motes.core.config import Config, Positive, Share
@@ -199,8 +201,7 @@ class ScaleFilter(Config, frozen=True):
     @property
     def factors(self) -> Floats:
         """(count,), the compared sizes as factors of the last one."""
-        out: Floats = np.power(self.step, np.arange(self.count, dtype=np.float64) - self.count // 2)
-        return out
+        return _factors(self.count, self.step)
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> ScaleModel:
         """Return the filter of a target in an ellipse."""
@@ -220,16 +221,16 @@ class ScaleFilter(Config, frozen=True):
         out = np.empty((len(model.numerator), self.count), np.float32)
         kernels.search_window.cells_of_sizes(
             frame.pixels, ellipse, self.factors, taper(1, self.count)[0], model.rows, model.columns,
-            CELL_SIZE, sectors(), out,
+            sectors(), out,
         )  # fmt: skip
         return rfft(out)
 
     def response(self, model: ScaleModel, spectra: Spectra) -> Singles:
         """Return the filter's response at each size, (count,)."""
         learned = filtered(model.numerator, model.power + SIZE_RIDGE, spectra)
+        values, half = irfft2(learned[None], self.count)[0], self.count - self.count // 2
         # The label's peak is at the first size; it belongs to the middle one.
-        out: Singles = np.roll(irfft2(learned[None], self.count)[0], self.count // 2)
-        return out
+        return np.concatenate([values[half:], values[:half]])
 
     def between(self, values: Floats) -> float:
         """Return the factor at the maximum of values (count,), by a parabola through its neighbors.
@@ -244,6 +245,20 @@ class ScaleFilter(Config, frozen=True):
 
     def updated(self, model: ScaleModel, spectra: Spectra, rate: float) -> ScaleModel:
         """Return the filter moved by a share `rate` towards a target, given by its spectra."""
-        label = gaussian(half_frequencies(self.count), SHARPNESS)
+        label = _label(self.count)
         numerator, power = updated(model.numerator, model.power, spectra, label, rate)
         return replace(model, numerator=numerator, power=power)
+
+
+@cache
+def _label(count: int) -> NDArray[np.complex128]:
+    """Return the conjugate transform (count // 2 + 1,) of the label over sizes."""
+    return gaussian(half_frequencies(count), SHARPNESS)
+
+
+@cache
+def _factors(count: int, step: float) -> Floats:
+    """Return the sizes that are compared, (count,), as factors of the last one."""
+    out: Floats = np.power(step, np.arange(count, dtype=np.float64) - count // 2)
+    out.flags.writeable = False
+    return out

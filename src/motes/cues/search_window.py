@@ -22,7 +22,7 @@ from motes.core.types import Bytes, Floats, Singles
 from motes.cues.base import visible
 from motes.cues.fourier import fast_length
 
-CELL_SIZE = 4
+CELL_SIZE = kernels.search_window.CELL
 """Side of a cell in samples (Felzenszwalb et al., PAMI 2010, have 8; DSST and others 4)."""
 SAMPLES = 128
 """Mean side of a window in samples."""
@@ -179,7 +179,7 @@ def features(samples: Singles) -> Singles:
     features; gray and two color differences beside them.
     """
     out = np.empty((30, samples.shape[1] // CELL_SIZE, samples.shape[2] // CELL_SIZE), np.float32)
-    kernels.search_window.gradient_cells(samples, CELL_SIZE, sectors(), out)
+    kernels.search_window.gradient_cells(samples, sectors(), out)
     return out
 
 

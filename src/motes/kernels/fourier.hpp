@@ -22,20 +22,21 @@ Lanes gathered(Count count, Function function) {
     return out;
 }
 
-// Transforms of planes of one size. A spectrum (h, w / 2 + 1) may lack its last columns, all 0.
+// Transforms of planes of one size. A spectrum (h, w / 2 + 1) may have only its first columns, the
+// others being 0.
 class Planes {
 public:
-    Planes(Index rows, Index columns)
+    Planes(Index rows, Index columns) : Planes(rows, columns, columns / 2 + 1) {}
+    Planes(Index rows, Index columns, Index known)
         : rows_(rows),
           columns_(columns),
           across_(columns),
           down_(rows),
-          up_(rows),
           values_(2 * columns),
           room_(2 * columns),
           numbers_(rows),
           more_(rows),
-          between_(rows, columns / 2 + 1) {}
+          between_(rows, known) {}
 
     void forward(Plane<const float> plane, Plane<Complex> out) const {
         lines_forward(plane, between_);
@@ -43,7 +44,7 @@ public:
     }
     void back(Plane<const Complex> spectrum, Plane<float> out) const {
         columns_back(spectrum);
-        lines_back(0, spectrum.columns, out);
+        lines_back(0, out);
     }
 
     // Writes the spectra of lines.
@@ -62,23 +63,23 @@ public:
             }
         });
     }
-    // Writes lines from `top` on of what `columns_back` has left, of which `known` columns count.
-    void lines_back(Index top, Index known, Plane<float> out) const {
+    // Writes lines from `top` on of what `columns_back` has left.
+    void lines_back(Index top, Plane<float> out) const {
         const float share = float(1.0 / double(rows_ * columns_));
         in_groups(out.rows, [&](Index first, auto count) {
             const Complex* line = between_[top + first];
-            const Index step = between_.columns();
-            values_[0] = gathered(count, [&](Index i) { return line[i * step].real(); });
+            const Index known = between_.columns();
+            values_[0] = gathered(count, [&](Index i) { return line[i * known].real(); });
             for (Index j = 1; j < columns_; ++j) {
                 const Index column = (j + 1) / 2;
                 if (column >= known)
                     values_[j] = Lanes{};
                 else if (j % 2 == 1)
                     values_[j] =
-                        gathered(count, [&](Index i) { return line[i * step + column].real(); });
+                        gathered(count, [&](Index i) { return line[i * known + column].real(); });
                 else
                     values_[j] =
-                        gathered(count, [&](Index i) { return line[i * step + column].imag(); });
+                        gathered(count, [&](Index i) { return line[i * known + column].imag(); });
             }
             const Lanes* found = across_.back(values_, room_);
             for (Index lane = 0; lane < count; ++lane)
@@ -86,21 +87,21 @@ public:
         });
     }
     void columns_forward(Plane<Complex> out) const {
-        turn(down_, {between_.begin(), rows_, between_.columns()}, out);
+        turn<-1>({between_.begin(), rows_, between_.columns()}, out);
     }
-    void columns_back(Plane<const Complex> spectrum) const { turn(up_, spectrum, between_); }
+    void columns_back(Plane<const Complex> spectrum) const { turn<1>(spectrum, between_); }
     Plane<Complex> between() const { return between_; }
 
 private:
-    template <typename Transform>
-    void turn(const Transform& transform, Plane<const Complex> from, Plane<Complex> to) const {
+    template <int way>
+    void turn(Plane<const Complex> from, Plane<Complex> to) const {
         in_groups(from.columns, [&](Index first, auto count) {
             for (Index i = 0; i < rows_; ++i) {
                 const Complex* line = from[i] + first;
                 numbers_[i] = {gathered(count, [&](Index lane) { return line[lane].real(); }),
                                gathered(count, [&](Index lane) { return line[lane].imag(); })};
             }
-            const Numbers* found = transform.run(numbers_, more_);
+            const Numbers* found = down_.run<way>(numbers_, more_);
             for (Index i = 0; i < rows_; ++i)
                 for (Index lane = 0; lane < count; ++lane)
                     to[i][first + lane] = {found[i].r[lane], found[i].i[lane]};
@@ -109,8 +110,7 @@ private:
 
     Index rows_, columns_;
     RealLines across_;
-    ComplexLines<-1> down_;
-    ComplexLines<1> up_;
+    ComplexLines down_;
     Scratch<Lanes> values_, room_;
     Scratch<Numbers> numbers_, more_;
     ScratchPlane<Complex> between_;  // a plane of which only the lines are transformed
@@ -130,7 +130,7 @@ inline void irfft2(Volume<const Complex> spectra, Volume<float> out) {
     fit(out.planes == spectra.planes && out.rows == spectra.rows && spectra.columns > 0 &&
             spectra.columns <= out.columns / 2 + 1 && out.rows > 0 && out.columns > 0,
         "spectra (K, h, up to w / 2 + 1) for planes (K, h, w)");
-    const Planes transform(out.rows, out.columns);
+    const Planes transform(out.rows, out.columns, spectra.columns);
     for (Index k = 0; k < out.planes; ++k) transform.back(spectra[k], out[k]);
 }
 

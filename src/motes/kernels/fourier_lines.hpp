@@ -319,7 +319,6 @@ void with_factor(Index factor, Function function) {
 }
 
 // The transform of complex lines, forward (turn -1) or back.
-template <int turn>
 class ComplexLines {
 public:
     explicit ComplexLines(Index n) : steps_(steps_of(n, false)) {
@@ -327,16 +326,18 @@ public:
     }
 
     // Returns where the transform of `values` is, there or in `room`.
+    template <int turn>
     Numbers* run(Numbers* values, Numbers* room) const {
         for (const Step& step : steps_) {
-            with_factor(step.factor, [&](auto factor) { pass<factor()>(step, values, room); });
+            with_factor(step.factor,
+                        [&](auto factor) { pass<factor(), turn>(step, values, room); });
             std::swap(values, room);
         }
         return values;
     }
 
 private:
-    template <Index factor>
+    template <Index factor, int turn>
     static void pass(const Step& step, const Numbers* from, Numbers* to) {
         const Index length = step.length, apart = length * step.blocks;
         for (Index k = 0; k < step.blocks; ++k)
@@ -358,8 +359,9 @@ private:
 class RealLines {
 public:
     explicit RealLines(Index n) : n_(n), steps_(steps_of(n, true)) {
+        if (!steps_.empty()) return;
         const Roots roots(n);
-        for (Index k = 0; steps_.empty() && k < n; ++k) roots_.push_back(roots[k]);
+        for (Index k = 0; k < n; ++k) roots_.push_back(roots[k]);
     }
 
     // Both return where the result is, in `values` or in `room`.

@@ -101,8 +101,8 @@ inline bool add_kernels(PyObject* extension) {
            add(extension, "fourier_ridge",
                {unlocked<fourier_ridge::correlate>("correlate"),
                 unlocked<fourier_ridge::pad>("pad"), unlocked<fourier_ridge::center>("center"),
-                unlocked<fourier_ridge::teach>("teach"), unlocked<fourier_ridge::solve<>>("solve"),
-                unlocked<fourier_ridge::confine<>>("confine"),
+                unlocked<fourier_ridge::teach>("teach"), unlocked<fourier_ridge::solve>("solve"),
+                unlocked<fourier_ridge::confine>("confine"),
                 unlocked<fourier_ridge::alternate>("alternate")}) &&
            add(extension, "fusion", {brief<fusion::log_determinants>("log_determinants")}) &&
            add(extension, "ghosts", {unlocked<ghosts::outline_gradients>("outline_gradients")}) &&
@@ -153,7 +153,8 @@ inline bool add_kernels(PyObject* extension) {
                {unlocked<search_window::cut>("cut"),
                 unlocked<search_window::cut_around>("cut_around"),
                 unlocked<search_window::cells_of_sizes>("cells_of_sizes"),
-                unlocked<search_window::gradient_cells>("gradient_cells")}) &&
+                unlocked<search_window::gradient_cells>("gradient_cells")},
+               {{"CELL", search_window::CELL}}) &&
            add(extension, "selective_update", {unlocked<selective_update::update>("update")}) &&
            add(extension, "sobel",
                {unlocked<sobel::sobel>("sobel"), unlocked<sobel::histograms>("histograms"),

@@ -7,6 +7,8 @@
 
 namespace motes::search_window {
 
+constexpr Index CELL = 4;  // samples to a side of a cell
+
 // Does as `cut` does with samples between pixels.
 inline void cut_between(Picture picture, Pair corner, Pair across, Pair down, Volume<float> out) {
     const float right = float(picture.width - 1), low = float(picture.height - 1);
@@ -162,18 +164,25 @@ void join(const Line& rows, const std::uint8_t* start, Index i, Index span,
 
 // Writes a row of samples (3, W), row `i` of `out`, each from `taps` pixels of a picture's line.
 //
-// A pixel's channels are `apart` places apart: 0 if it is gray.
+// A pixel's channels are `apart` places apart: 0 if it is gray. Four are added up at once, in
+// `sums` (4 W,), as vector code; the fourth is what lies behind a pixel, and is left there.
 template <Index taps, Index apart>
-void weigh(const Line& columns, const float* line, bool reversed, Index i, Volume<float> out) {
-    float *first = out[reversed ? 2 : 0][i], *middle = out[1][i], *last = out[reversed ? 0 : 2][i];
+void weigh(const Line& columns, const float* line, bool reversed, Index i, float* __restrict sums,
+           Volume<float> out) {
     for (Index j = 0; j < out.columns; ++j) {
-        float low = 0.0f, mid = 0.0f, high = 0.0f;
+        float sum[4] = {};
         for (Index v = 0; v < taps; ++v) {
             const float share = columns.shares[j][v];
             const float* pixel = line + columns.places[j][v];
-            low += share * pixel[0], mid += share * pixel[apart], high += share * pixel[2 * apart];
+            for (Index c = 0; c < 4; ++c) sum[c] += share * pixel[c * apart];
         }
-        first[j] = low, middle[j] = mid, last[j] = high;
+        std::copy_n(sum, 4, sums + 4 * j);
+    }
+    float* __restrict first = out[reversed ? 2 : 0][i], * __restrict middle = out[1][i];
+    float* __restrict last = out[reversed ? 0 : 2][i];
+    for (Index j = 0; j < out.columns; ++j) {
+        const float* sum = sums + 4 * j;
+        first[j] = sum[0], middle[j] = sum[1], last[j] = sum[2];
     }
 }
 
@@ -183,8 +192,9 @@ inline void cut_upright(Picture picture, Pair corner, Pair step, Volume<float> o
     const Line rows(corner.y, step.y, out.rows, picture.height, picture.line);
     const Index span = columns.last + picture.span(1);
     const std::uint8_t* start = picture.data + rows.first + columns.first;
-    Scratch<float> scratch(span);
+    Scratch<float> scratch(span + 1), sums(4 * out.columns);
     float* __restrict line = scratch;
+    line[span] = 0.0f;  // behind the last pixel
     constexpr decltype(&weigh<1, 0>) by_taps[2][4] = {
         {weigh<1, 0>, weigh<2, 0>, weigh<3, 0>, weigh<4, 0>},
         {weigh<1, 1>, weigh<2, 1>, weigh<3, 1>, weigh<4, 1>}};
@@ -193,7 +203,7 @@ inline void cut_upright(Picture picture, Pair corner, Pair step, Volume<float> o
     const auto join_lines = joins[rows.taps - 1];
     for (Index i = 0; i < out.rows; ++i) {
         join_lines(rows, start, i, span, line);
-        weigh_row(columns, line, picture.order == Order::BGR, i, out);
+        weigh_row(columns, line, picture.order == Order::BGR, i, sums, out);
     }
 }
 
@@ -241,23 +251,22 @@ inline void brightness(Samples samples, Plane<float> out) {
 
 // Writes the votes of samples' gradients, each for the four cells around, (h + 2, 18 (w + 2)): of
 // each row of cells all of one sector, then all of the next.
-inline void vote(Samples samples, Index cell, Plane<const std::uint8_t> sectors,
-                 Plane<float> votes) {
+inline void vote(Samples samples, Plane<const std::uint8_t> sectors, Plane<float> votes) {
     const Index height = samples.rows, width = samples.columns;
     const auto cells = std::int32_t(votes.columns / 18);
-    ScratchPlane<float> bright(height + 2, width + 2), near(cell, width), far(cell, width);
-    ScratchPlane<float> lines(cell, votes.columns);
-    ScratchPlane<std::int32_t> gradients(cell, width);
+    ScratchPlane<float> bright(height + 2, width + 2), near(CELL, width), far(CELL, width);
+    ScratchPlane<float> lines(CELL, votes.columns);
+    ScratchPlane<std::int32_t> gradients(CELL, width);
     Scratch<std::int32_t> left(width);
     Scratch<float> across(width);
     for (Index j = 0; j < width; ++j) {
-        const double x = (double(j) + 0.5) / double(cell) + 0.5;
+        const double x = (double(j) + 0.5) / double(CELL) + 0.5;
         left[j] = std::int32_t(x), across[j] = float(x - double(Index(x)));
     }
     std::fill_n(votes.data, votes.rows * votes.columns, 0.0f);
     brightness(samples, bright);
-    for (Index top = 0; top < height; top += cell) {
-        for (Index u = 0; u < cell; ++u) {
+    for (Index top = 0; top < height; top += CELL) {
+        for (Index u = 0; u < CELL; ++u) {
             const float *before = bright[top + u], *here = bright[top + u + 1];
             const float *after = bright[top + u + 2], *share = across;
             float* __restrict one = near[u], * __restrict other = far[u];
@@ -272,14 +281,14 @@ inline void vote(Samples samples, Index cell, Plane<const std::uint8_t> sectors,
             }
         }
         // Rows side by side, as a vote must wait for the one before it for the same cell.
-        std::fill_n(lines.begin(), cell * votes.columns, 0.0f);
+        std::fill_n(lines.begin(), CELL * votes.columns, 0.0f);
         for (Index j = 0; j < width; ++j)
-            for (Index u = 0; u < cell; ++u) {
+            for (Index u = 0; u < CELL; ++u) {
                 float* to = lines[u] + cells * sectors.data[gradients[u][j]] + left[j];
                 to[0] += near[u][j], to[1] += far[u][j];
             }
-        for (Index u = 0; u < cell; ++u) {
-            const double y = (double(top + u) + 0.5) / double(cell) + 0.5;
+        for (Index u = 0; u < CELL; ++u) {
+            const double y = (double(top + u) + 0.5) / double(CELL) + 0.5;
             const auto low = double(float(y - double(Index(y))));
             const float* line = lines[u];
             float* __restrict upper = votes[Index(y)];
@@ -314,18 +323,18 @@ inline void energies(Plane<const float> votes, Plane<float> energy) {
 }
 
 // Writes gray and two differences of color, the planes 27 to 29 of `gradient_cells`.
-inline void colors(Samples samples, Index cell, Volume<float> out) {
-    const auto scale = float(1.0 / (double(cell * cell) * 255.0));
+inline void colors(Samples samples, Volume<float> out) {
+    const auto scale = float(1.0 / (double(CELL * CELL) * 255.0));
     ScratchPlane<float> sums(3, out.columns);  // of the cells in a row
     for (Index i = 0; i < out.rows; ++i) {
         std::fill_n(sums.begin(), 3 * out.columns, 0.0f);
         for (Index c = 0; c < 3; ++c) {
             float* __restrict sum = sums[c];
-            for (Index row = i * cell; row < (i + 1) * cell; ++row)
-                for (Index u = 0; u < cell; ++u) {
-                    const float* sample = samples[c][row] + u;
-                    for (Index j = 0; j < out.columns; ++j) sum[j] += sample[j * cell];
-                }
+            for (Index row = i * CELL; row < (i + 1) * CELL; ++row) {
+                const float* sample = samples[c][row];
+                for (Index j = 0; j < out.columns; ++j)
+                    for (Index u = 0; u < CELL; ++u) sum[j] += sample[j * CELL + u];
+            }
         }
         for (Index j = 0; j < out.columns; ++j) {
             const float red = sums[0][j], green = sums[1][j], blue = sums[2][j];
@@ -336,23 +345,22 @@ inline void colors(Samples samples, Index cell, Volume<float> out) {
     }
 }
 
-// Writes the features (30, h, w) of cells of samples (3, H, W), H = cell * h, W = cell * w.
+// Writes the features (30, h, w) of cells of samples (3, H, W), H = CELL * h, W = CELL * w.
 //
 // 9 orientations of gradients without and 18 with their sign, each normalized by the energy of the
 // four blocks of 2x2 cells around, truncated at 0.2 and averaged (Felzenszwalb et al., section 6);
 // then gray and two color differences. `sectors` (512, 512) has the number of a gradient's sector,
 // 18 to the turn, at row 256 + dy / 3 and column 256 + dx / 3, the derivatives being those of
 // R + G + B.
-inline void gradient_cells(Samples samples, Index cell, Plane<const std::uint8_t> sectors,
-                           Volume<float> out) {
+inline void gradient_cells(Samples samples, Plane<const std::uint8_t> sectors, Volume<float> out) {
     const Index rows = out.rows, columns = out.columns;
-    fit(samples.planes == 3 && out.planes == 30 && cell > 0 && rows > 0 && columns > 0 &&
-            samples.rows == cell * rows && samples.columns == cell * columns &&
+    fit(samples.planes == 3 && out.planes == 30 && rows > 0 && columns > 0 &&
+            samples.rows == CELL * rows && samples.columns == CELL * columns &&
             sectors.rows == 512 && sectors.columns == 512,
         "samples (3, H, W), cells (30, H / side, W / side) and sectors (512, 512)");
     // One cell more on each side, into which the outermost samples' votes fall.
     ScratchPlane<float> votes(rows + 2, 18 * (columns + 2)), energy(rows + 2, columns + 2);
-    vote(samples, cell, sectors, votes);
+    vote(samples, sectors, votes);
     energies({votes[0], rows + 2, 18 * (columns + 2)}, energy);
     ScratchPlane<float> norms(4, columns);
     Scratch<float> scratch(columns);
@@ -373,23 +381,22 @@ inline void gradient_cells(Samples samples, Index cell, Plane<const std::uint8_t
             const float* opposite = one + 9 * (columns + 2);
             if (k < 9)
                 for (Index j = 0; j < columns; ++j) line[j] = one[j] + opposite[j];
-            else
-                std::copy_n(one, columns, line);
+            const float* seen = k < 9 ? line : one;
             float* __restrict to = out[k][i];
             for (Index j = 0; j < columns; ++j)
-                to[j] = 0.5f * (std::min(line[j] * n0[j], 0.2f) + std::min(line[j] * n1[j], 0.2f) +
-                                std::min(line[j] * n2[j], 0.2f) + std::min(line[j] * n3[j], 0.2f));
+                to[j] = 0.5f * (std::min(seen[j] * n0[j], 0.2f) + std::min(seen[j] * n1[j], 0.2f) +
+                                std::min(seen[j] * n2[j], 0.2f) + std::min(seen[j] * n3[j], 0.2f));
         }
     }
-    colors(samples, cell, out);
+    colors(samples, out);
 }
 
 // Writes the features (30 h w, N) of the `rows` x `columns` cells of a target of N sizes, factors
 // of the one at its place; those of a size are weighted by its taper.
 inline void cells_of_sizes(Picture picture, const Place& place, Floats factors, Taps tapers,
-                           Index rows, Index columns, Index cell, Plane<const std::uint8_t> sectors,
+                           Index rows, Index columns, Plane<const std::uint8_t> sectors,
                            Plane<float> out) {
-    const Index height = rows * cell, width = columns * cell;
+    const Index height = rows * CELL, width = columns * CELL;
     fit(out.rows == 30 * rows * columns && out.columns == factors.size &&
             tapers.size == factors.size,
         "a taper and a column of 30 features a cell for each size");
@@ -398,7 +405,7 @@ inline void cells_of_sizes(Picture picture, const Place& place, Floats factors, 
         const Pair step{2 * place.a * factors[n] / double(width),
                         2 * place.b * factors[n] / double(height)};
         cut_around(picture, place, step, {window, 3, height, width});
-        gradient_cells({window, 3, height, width}, cell, sectors, {features, 30, rows, columns});
+        gradient_cells({window, 3, height, width}, sectors, {features, 30, rows, columns});
         for (Index k = 0; k < out.rows; ++k) out[k][n] = tapers[n] * features[k];
     }
 }

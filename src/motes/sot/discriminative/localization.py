@@ -98,7 +98,7 @@ def localize(
         color_weight(known.contrast), config.sigma, (deviation / step[0], deviation / step[1]),
     )  # fmt: skip
     centers = samples.points(place, _drawn(config, rng, samples, cues))
-    centers = np.clip(centers, 0, (frame.width - 1, frame.height - 1))
+    centers = np.minimum(np.maximum(centers, 0), (frame.width - 1, frame.height - 1))
     log_weights = np.empty(len(centers))
     kernels.localization.weigh(cues, samples.offsets(place, centers), log_weights)
     weighed = Weights.from_log(log_weights)

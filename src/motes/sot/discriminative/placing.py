@@ -175,5 +175,6 @@ def search(
 
 def moved(place: Ellipse, shift: Floats, frame: Frame) -> Ellipse:
     """Return a place moved by a shift (2,) in pixels, its center inside the frame."""
-    x, y = np.clip(place[:2] + shift, 0, (frame.width - 1, frame.height - 1)).tolist()
-    return place._replace(x=x, y=y)
+    x, y = (place[:2] + shift).tolist()
+    right, low = float(frame.width - 1), float(frame.height - 1)
+    return place._replace(x=min(max(x, 0.0), right), y=min(max(y, 0.0), low))

@@ -267,7 +267,8 @@ def camera_shift(before: Spectra, after: Spectra, frame: Frame) -> Floats:
     rows, columns = small_size(frame.height, frame.width)
     product = before.conj() * after
     strength = np.abs(product)
-    product /= strength + WHITENED * float(strength.mean()) + np.finfo(np.float32).tiny
+    # Multiplied, since numpy divides complex numbers by real ones as if these were complex, too.
+    product *= 1 / (strength + WHITENED * float(strength.mean()) + np.finfo(np.float32).tiny)
     plane = irfft2(product, columns)
     row, column = divmod(int(np.argmax(plane)), columns)
     across = _peak(plane[row], column) * frame.width / columns

@@ -79,7 +79,8 @@ def _report(
     weights = weights or Weights.uniform(len(ellipses))
     grown = math.exp(state.size.value)
     size = grown * ellipses[:, 2:4] / np.array(state.ellipse[2:4])
-    shaped = np.tile(np.array(state.shape), (len(ellipses), 1))
+    shaped = np.empty((len(ellipses), 5))
+    shaped[:] = state.shape
     shaped[:, :2] = ellipses[:, :2]
     shaped[:, 2:4] *= size
     turn = state.turn.angle.value
@@ -87,7 +88,9 @@ def _report(
     found = reported_ellipse(state.shape, state.ellipse, state.size, turn)
     covariance = mean_ellipse(shaped, weights.values)[1]
     if count:
-        covariance[[0, 1], [0, 1]] += (DRIFT_SIGMA * state.ellipse.side) ** 2
+        drift = (DRIFT_SIGMA * state.ellipse.side) ** 2
+        covariance[0, 0] += drift
+        covariance[1, 1] += drift
     track = Track(
         frame=frame.index,
         time=frame.time,
@@ -133,8 +136,9 @@ def particles_of(look: WindowEstimate, state: DiscriminativeState, found: Ellips
     found
         The estimate. Its size is the most likely one; the particles show its uncertainty.
     """
-    factors = np.resize(state.factors, len(look.centers))
-    ellipses = np.tile(np.array(found), (len(factors), 1))
+    factors = state.factors[np.arange(len(look.centers)) % len(state.factors)]
+    ellipses = np.empty((len(factors), 5))
+    ellipses[:] = found
     ellipses[:, :2] = look.centers
     ellipses[:, 2:4] *= (factors / (look.weights.values @ factors))[:, None]
     return ellipses
