@@ -177,6 +177,10 @@ def test_who_was_missed_or_told_already_gives_way() -> None:
     assert {*config.elsewhere([state(20, 0, missed=1), state(80, 0)], here)} == {0}
     apart = [state(20, 0), state(80, 0)]
     assert config.elsewhere(apart, near) == {}
+    going = replace(start.motion, seen=1, velocity=np.array([-30.0, 0.0]))  # and less like itself
+    twin = [apart[0], replace(apart[1], motion=going)]
+    standing = replace(twin[0], motion=replace(going, velocity=np.zeros(2)))
+    assert {*config.elsewhere([standing, twin[1]], here)} == {0}  # which leaps
     told = replace(apart[0], taken=Taken((at(150.0),)))
     again = config.elsewhere([told, apart[1]], near)
     assert [place.x for place in again[0].taken.places] == [150.0, 60.0]

@@ -71,15 +71,18 @@ def test_the_model_with_the_least_error_is_followed(
 
 def test_a_target_is_expected_as_near_as_predictions_were_right() -> None:
     target = Ellipse(50.0, 60.0, 10.0, 10.0)
-    sight = Prediction(*NOTHING, np.zeros((4, 2)), (NOTHING[0], NOTHING[0]))
-    history = prediction.MotionHistory(*NOTHING, np.zeros(2), np.zeros(2), np.full(4, 0.1))
-    assert sight.transition(history, target) is None  # nothing has been compared
-    transition = sight.transition(replace(history, seen=1), target)
+    history = prediction.MotionHistory(*NOTHING, np.zeros(2), np.array([3.0, 0]), np.full(4, 0.1))
+    assert history.transition(target) is None  # nothing has been compared
+    assert history.leap(target, target) == 0
+    history = replace(history, seen=1)
+    transition = history.transition(target)
     assert transition is not None
     assert transition[:2] == target[:2]
     assert transition.sigma == pytest.approx(20 * (0.05 + 2 * 0.1))
     places = np.array([[50.0, 60.0], [55.0, 60.0], [50.0, 70.0]])
     np.testing.assert_allclose(transition.log_density(places), [0, -0.5, -2.0])
+    moves = [history.leap(target, target._replace(x=x)) for x in (53.0, 58.0, 43.0)]
+    np.testing.assert_allclose(moves, [0, 0.5, 2.0])
 
 
 def test_a_target_that_is_not_seen_rests_in_the_scene() -> None:

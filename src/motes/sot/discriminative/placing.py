@@ -52,7 +52,7 @@ def find(
     """
     last, shift = state.ellipse, sight.likeliest(state.motion)
     predicted = moved(last, shift, frame)
-    transition = None if state.standing.missed else sight.transition(state.motion, predicted)
+    transition = None if state.standing.missed else state.motion.transition(predicted)
     experts = config.experts
     sights = experts.look(state.experts, frame, predicted)
     sigma = math.inf if transition is None else transition.sigma

@@ -36,12 +36,18 @@ COLUMNS = 96
 
 
 def small_picture(frame: Frame) -> Singles:
-    """Return the sums of red, green and blue at evenly spaced points of a frame, (h, w)."""
-    rows, columns = small_size(frame.height, frame.width)
-    step = frame.width / columns, frame.height / rows
-    center = Ellipse((frame.width - 1) / 2, (frame.height - 1) / 2, 1.0, 1.0)
-    out: Singles = cut(frame, center, step, (rows, columns)).sum(axis=0)
-    return out
+    """Return the sums of red, green and blue at evenly spaced points of a frame, (h, w).
+
+    All trackers of a frame share it.
+    """
+    picture: Singles | None = frame.cache.get(small_picture)
+    if picture is None:
+        rows, columns = small_size(frame.height, frame.width)
+        step = frame.width / columns, frame.height / rows
+        center = Ellipse((frame.width - 1) / 2, (frame.height - 1) / 2, 1.0, 1.0)
+        picture = cut(frame, center, step, (rows, columns)).sum(axis=0)
+        frame.cache[small_picture] = picture
+    return picture
 
 
 @cache
@@ -111,7 +117,7 @@ class Light(msgspec.Struct, frozen=True):
         ----------
         before, now
             (h, w), what the small pictures of the last and of the next frame both show
-            (`small_picture.overlap`).
+            (`overlap`).
         """
         least, most = 3 * DARK, 3 * BRIGHT  # pictures are sums of three colors
         known, ratio = kernels.planes.median_ratio(now, before, least, most)
@@ -166,6 +172,22 @@ class MotionHistory(msgspec.Struct, frozen=True, eq=False):
     seen: int = 0
     """In how many frames these were measured."""
 
+    def transition(self, target: Ellipse) -> Transition | None:
+        """Return where a target is expected whose center is the predicted one.
+
+        It is None as long as no prediction has been compared with what was seen.
+        """
+        if not self.seen:
+            return None
+        sigma = LEAST_SIGMA + SIGMAS * float(self.errors.min())
+        return Transition(target.x, target.y, sigma * target.side)
+
+    def leap(self, before: Ellipse, now: Ellipse) -> float:
+        """Return the log odds against a move that does not go on as in the last frame."""
+        x, y = np.add(before[:2], self.velocity).tolist()
+        transition = self.transition(before._replace(x=x, y=y))
+        return 0.0 if transition is None else -float(transition.log_density(np.array(now[:2])))
+
 
 def started(picture: Singles) -> MotionHistory:
     """Return the history after the first frame, given its small picture."""
@@ -208,16 +230,6 @@ class Prediction(NamedTuple):
         """Return the displacement (2,) of the model with the least recent error."""
         best: Floats = self.shifts[np.argmin(history.errors)]
         return best
-
-    def transition(self, history: MotionHistory, target: Ellipse) -> Transition | None:
-        """Return where a target is expected whose center is the predicted one.
-
-        It is None as long as no prediction has been compared with what was seen.
-        """
-        if not history.seen:
-            return None
-        sigma = LEAST_SIGMA + SIGMAS * float(history.errors.min())
-        return Transition(target.x, target.y, sigma * target.side)
 
     def update(
         self, history: MotionHistory, before: Ellipse, after: Ellipse | None

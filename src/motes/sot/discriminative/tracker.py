@@ -173,7 +173,8 @@ class Discriminative(
         for index, (last, state) in enumerate(zip(before, after, strict=True)):
             if state.standing.confirmed:
                 missed = last.standing.missed > 0 or bool(last.taken.places)
-                against = GAIN * state.identity.distance + DECIDED * missed
+                leap = last.motion.leap(last.ellipse, state.ellipse)
+                against = GAIN * state.identity.distance + DECIDED * missed + leap
                 claims[index] = Claim(last.ellipse, state.ellipse, missed, against)
         again = {}
         for index, (places, overlap) in excluded(claims, upon).items():
