@@ -189,9 +189,23 @@ def test_an_interrupted_correction_of_one_object_is_finished(go: Tell) -> None:
     code, said = go("check FILM many.csv --identity 1")
     assert code == 0
     assert "finish it with: motes refine film.mkv many.csv --identity 2" in said
+    code, said = go("smooth many.csv --identity 1 -o smooth.csv")
+    assert (code, "was killed" in said) == (0, False), said
+    assert "finish it with: motes refine film.mkv many.csv --identity 2" in said
     assert go("refine FILM many.csv --identity 2")[0] == 0
     assert Path("many.csv").read_text() == Path("expected.csv").read_text()
     assert "was not finished" not in go("check FILM many.csv --identity 1")[1]
+
+
+def test_others_are_drawn_in_frames_without_the_corrected_object(go: Tell) -> None:
+    """As in rows that another tool has written, without the history of a run."""
+    assert go(f"track FILM {TWO} -o run.csv {OPTIONS}")[0] == 0
+    lines = Path("run.csv").read_text().splitlines(keepends=True)
+    late = [line for line in lines if line.split(",")[2] != "2" or 5 <= int(line.split(",")[0]) < 9]
+    Path("many.csv").write_text("".join(late))
+    assert go("refine FILM many.csv --identity 2 --at 7=BOX")[0] == 0
+    code, said = go("draw FILM many.csv -o drawn.mkv")
+    assert (code, f"{FRAMES} frames" in said) == (0, True), said
 
 
 def test_other_objects_keep_their_names_and_their_metres(go: Tell) -> None:
