@@ -197,6 +197,29 @@ def test_an_interrupted_correction_of_one_object_is_finished(go: Tell) -> None:
     assert "was not finished" not in go("check FILM many.csv --identity 1")[1]
 
 
+def test_two_objects_corrected_at_once_lose_no_correction(go: Tell) -> None:
+    """The first to end writes its rows; the other one says that it could not, and is repeated."""
+    assert go(f"track FILM {TWO} -o many.csv {OPTIONS}")[0] == 0
+    one, other = (f"refine FILM many.csv --identity {number} --at 9=BOX" for number in (1, 2))
+    for line in (f"{one} -o half.csv", f"{other.replace('many', 'half')} -o expected.csv"):
+        assert go(line)[0] == 0
+    with pytest.MonkeyPatch.context() as patched:
+
+        def meanwhile(*arguments: object, **options: object) -> object:
+            patched.undo()
+            assert go(other)[0] == 0
+            return run_pass(*arguments, **options)  # type: ignore[arg-type]
+
+        patched.setattr("motes.correction.correct.run_pass", meanwhile)
+        code, said = go(one)
+    assert (code, "many.csv has changed meanwhile, and stays so" in said) == (5, True), said
+    assert go(one)[0] == 0
+    assert Path("many.csv").read_text() == Path("expected.csv").read_text()
+    known = History.load(Path("many.csv.run.json"))
+    assert sorted(known.objects) == [1, 2]
+    assert not any(each.unfinished for each in known.objects.values())
+
+
 def test_others_are_drawn_in_frames_without_the_corrected_object(go: Tell) -> None:
     """As in rows that another tool has written, without the history of a run."""
     assert go(f"track FILM {TWO} -o run.csv {OPTIONS}")[0] == 0
