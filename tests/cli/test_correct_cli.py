@@ -590,10 +590,13 @@ def test_a_history_that_was_changed(
     for name in ("rows.csv", "rows.csv.run.json"):
         shutil.copy(bad / name, name)
     path = Path("rows.csv.run.json")
-    path.write_text(json.dumps({**json.loads(path.read_text()), key: value}))
-    for line in ("refine FILM rows.csv --at 3=BOX", "check FILM rows.csv"):
-        code, said = go(line)
-        assert (code, len(said.splitlines()), message in said) == (3, 1, True), said
+    known = json.loads(path.read_text())
+    changed = {**known, key: value}
+    for history in (changed, {**known, "objects": {"1": changed}}):
+        path.write_text(json.dumps(history))
+        for line in ("refine FILM rows.csv --at 3=BOX", "check FILM rows.csv"):
+            code, said = go(f"{line} --identity 1")
+            assert (code, len(said.splitlines()), message in said) == (3, 1, True), said
 
 
 def test_rows_of_a_copy_that_was_cut(go: Tell) -> None:
