@@ -189,9 +189,46 @@ def test_an_interrupted_correction_of_one_object_is_finished(go: Tell) -> None:
     code, said = go("check FILM many.csv --identity 1")
     assert code == 0
     assert "finish it with: motes refine film.mkv many.csv --identity 2" in said
+    code, said = go("smooth many.csv --identity 1 -o smooth.csv")
+    assert (code, "was killed" in said) == (0, False), said
+    assert "finish it with: motes refine film.mkv many.csv --identity 2" in said
     assert go("refine FILM many.csv --identity 2")[0] == 0
     assert Path("many.csv").read_text() == Path("expected.csv").read_text()
     assert "was not finished" not in go("check FILM many.csv --identity 1")[1]
+
+
+def test_two_objects_corrected_at_once_lose_no_correction(go: Tell) -> None:
+    """The first to end writes its rows; the other one says that it could not, and is repeated."""
+    assert go(f"track FILM {TWO} -o many.csv {OPTIONS}")[0] == 0
+    one, other = (f"refine FILM many.csv --identity {number} --at 9=BOX" for number in (1, 2))
+    for line in (f"{one} -o half.csv", f"{other.replace('many', 'half')} -o expected.csv"):
+        assert go(line)[0] == 0
+    with pytest.MonkeyPatch.context() as patched:
+
+        def meanwhile(*arguments: object, **options: object) -> object:
+            patched.undo()
+            assert go(other)[0] == 0
+            return run_pass(*arguments, **options)  # type: ignore[arg-type]
+
+        patched.setattr("motes.correction.correct.run_pass", meanwhile)
+        code, said = go(one)
+    assert (code, "many.csv has changed meanwhile, and stays so" in said) == (5, True), said
+    assert go(one)[0] == 0
+    assert Path("many.csv").read_text() == Path("expected.csv").read_text()
+    known = History.load(Path("many.csv.run.json"))
+    assert sorted(known.objects) == [1, 2]
+    assert not any(each.unfinished for each in known.objects.values())
+
+
+def test_others_are_drawn_in_frames_without_the_corrected_object(go: Tell) -> None:
+    """As in rows that another tool has written, without the history of a run."""
+    assert go(f"track FILM {TWO} -o run.csv {OPTIONS}")[0] == 0
+    lines = Path("run.csv").read_text().splitlines(keepends=True)
+    late = [line for line in lines if line.split(",")[2] != "2" or 5 <= int(line.split(",")[0]) < 9]
+    Path("many.csv").write_text("".join(late))
+    assert go("refine FILM many.csv --identity 2 --at 7=BOX")[0] == 0
+    code, said = go("draw FILM many.csv -o drawn.mkv")
+    assert (code, f"{FRAMES} frames" in said) == (0, True), said
 
 
 def test_other_objects_keep_their_names_and_their_metres(go: Tell) -> None:
@@ -553,10 +590,13 @@ def test_a_history_that_was_changed(
     for name in ("rows.csv", "rows.csv.run.json"):
         shutil.copy(bad / name, name)
     path = Path("rows.csv.run.json")
-    path.write_text(json.dumps({**json.loads(path.read_text()), key: value}))
-    for line in ("refine FILM rows.csv --at 3=BOX", "check FILM rows.csv"):
-        code, said = go(line)
-        assert (code, len(said.splitlines()), message in said) == (3, 1, True), said
+    known = json.loads(path.read_text())
+    changed = {**known, key: value}
+    for history in (changed, {**known, "objects": {"1": changed}}):
+        path.write_text(json.dumps(history))
+        for line in ("refine FILM rows.csv --at 3=BOX", "check FILM rows.csv"):
+            code, said = go(f"{line} --identity 1")
+            assert (code, len(said.splitlines()), message in said) == (3, 1, True), said
 
 
 def test_rows_of_a_copy_that_was_cut(go: Tell) -> None:

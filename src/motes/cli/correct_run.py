@@ -119,7 +119,7 @@ def refine_rows(
     ConfigError
         If keyframes contradict each other, or are outside of the film.
     FormatError
-        If a file cannot be written.
+        If a file cannot be written, or that of the rows has changed since they were read.
     """
     check_keyframes(after.keys, film.name, film.frames, film.width, film.height)
     parts = changed(film.frames, before.keys, after.keys, before.unfinished)
@@ -135,6 +135,7 @@ def refine_rows(
             return history
         return replace(whole, objects={**whole.objects, table.identity: history})
 
+    table.check_unchanged(goal)  # a history is not replaced by that of older rows
     noted(parts).save(goal)
     left = parts
     try:

@@ -72,7 +72,9 @@ def refine(
         point_out_corners(marked.get(frame), film.width, film.height)
     whole = None
     if table.several:
-        whole = History.beside(rows) or replace(history, corrections=[])
+        whole = History.beside(rows)
+        if whole is None:  # others may be in frames in which this one is not
+            whole = replace(history, start=0, end=history.frames, corrections=[])
     made, interrupted = refine_rows(film, table, history, after, goal, whole)
     log(
         f"{interrupts.word(interrupted)}{counted(len(dict(new)), 'correction')}, "

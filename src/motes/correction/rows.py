@@ -12,8 +12,8 @@ import msgspec
 import numpy as np
 from msgspec.structs import replace
 
-from motes.core.errors import ConfigError, InputError
-from motes.core.files import lines_of, read_text, write_whole, writing
+from motes.core.errors import ConfigError, FormatError, InputError
+from motes.core.files import lines_of, read_text, same_file, write_whole, writing
 from motes.core.geometry import Ellipse
 from motes.core.track import COLUMNS, DEVIATIONS, ELLIPSE, GROUND, Status, Track
 from motes.mot.analytics.real_units import Columns, RealUnits, motion_in_hindsight
@@ -64,6 +64,7 @@ class KnownRows:
 
     def __init__(self, path: Path, *, growing: bool = False, identity: int | None = None) -> None:
         self._path, self._form = path, form_of(path)
+        self._version = _version(path)
         text = read_text(path, InputError, newline="")
         if growing:
             text = text[: text.rfind("\n") + 1]
@@ -227,17 +228,36 @@ class KnownRows:
                 values = row.values(row.objects[0], columns[len(COLUMNS) :])
                 self._lines[track.frame, self.identity] = line(self._form, columns, values) + "\n"
 
+    def check_unchanged(self, path: Path) -> None:
+        """Raise a FormatError if a file is that of these rows, and not as it was when it was read.
+
+        Another of its objects may be corrected at the same time.
+        """
+        own = same_file(path, self._path)
+        if own and _version(path) not in (None, self._version):
+            raise FormatError(f"{path} has changed meanwhile, and stays so; correct it once more.")
+
     def write(self, path: Path) -> None:
-        """Write all rows.
+        """Write all rows, once.
 
         Raises
         ------
         FormatError
-            If the file cannot be written; an old one stays.
+            If the file cannot be written, or has changed meanwhile; an old one stays.
         """
+        self.check_unchanged(path)
         lines = [*self._head, *(self._lines[key] for key in sorted(self._lines))]
         with writing(path):
             write_whole(path, "".join(lines).encode())
+
+
+def _version(path: Path) -> tuple[int, int, int] | None:
+    """Return what differs between versions of a file; None without a file."""
+    try:
+        known = path.stat()
+    except OSError:
+        return None
+    return known.st_ino, known.st_size, known.st_mtime_ns
 
 
 def widened(text: str, form: Form, before: Sequence[str], columns: Sequence[str]) -> str:
