@@ -53,7 +53,7 @@ def smooth(
     table, whole = KnownRows(rows, identity=identity), History.beside(rows)
     known = whole and whole.of(identity)
     table.check_plain()
-    point_out_unfinished(rows, known)
+    point_out_unfinished(rows, whole)
     table.check_whole()
     plane = units_of(rows, table.metres, known)
     streamed = output == "-" or is_special(output)

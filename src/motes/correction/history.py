@@ -137,10 +137,10 @@ class History(msgspec.Struct, frozen=True, kw_only=True):
             history = msgspec.json.decode(path.read_bytes(), type=cls)
             if history.form != FORMAT:
                 raise InputError(f"{path} is of another version of motes; make the rows anew.")
-            history.check_frames()
-            checked_seed(history.seed)
-            check_rate(history.fps)
             for each in (history, *history.objects.values()):
+                each.check_frames()
+                checked_seed(each.seed)
+                check_rate(each.fps)
                 each.keys  # noqa: B018
         except OSError as error:
             raise InputError(f"{path} cannot be read: {error.strerror}.") from None
