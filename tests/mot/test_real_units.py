@@ -222,6 +222,14 @@ def test_nothing_is_measured_while_the_target_is_lost() -> None:
     assert GroundMotion(horizon).update([track(0, 5.0, 50.0)])[0].further == {}
 
 
+def test_the_speed_of_an_object_that_the_edge_cuts_is_that_of_before() -> None:
+    motion = GroundMotion(RealUnits(Ground(scale=50.0)), (200, 100))
+    for frame in range(40):
+        (place,) = motion.update([track(frame, min(60.0 + 5 * frame, 185.0), 50.0)])
+    assert place.number("x_m") == pytest.approx(3.7)
+    assert place.number("speed") == pytest.approx(2.5)
+
+
 def seen_by_a_camera(x: float, y: float) -> tuple[float, float]:
     """Return the pixel of a point on the ground: 5 m high, 30 degrees down, 500 pixels focal."""
     tilt, height, focal = math.radians(30), 5.0, 500.0
