@@ -152,6 +152,10 @@ def test_of_several_objects_one_is_taken(go: Tell) -> None:
     for ending in ("list", "smooth"):
         several, alone = (Path(f"{name}.csv.{ending}.csv") for name in ("many", "one"))
         assert several.read_text() == alone.read_text()
+    Path("many.csv.run.json").unlink()
+    assert go("refine FILM many.csv --identity 2 --at 2=BOX")[0] == 0
+    known = History.load(Path("many.csv.run.json"))
+    assert (known.corrections, len(known.objects[2].corrections)) == ([], 2)
 
 
 @pytest.mark.parametrize("ending", ["csv", "jsonl"])
@@ -160,7 +164,9 @@ def test_one_of_several_objects_is_corrected_in_its_place(go: Tell, ending: str)
     rows, alone = f"many.{ending}", f"one.{ending}"
     assert go(f"track FILM {TWO} -o {rows} {OPTIONS}")[0] == 0
     assert go(f"convert {rows} {alone} --identity 2")[0] == 0
-    before = read_track(rows)
+    before, listed = read_track(rows), Path("list.csv")
+    assert go(f"check FILM {rows} --identity 1 -o {listed}")[0] == 0
+    doubts = listed.read_text()
     for line in ("--at 9=24,20,30,40", "--absent 15"):
         assert go(f"refine FILM {rows} --identity 2 {line}")[0] == 0
         assert go(f"refine FILM {alone} {line}")[0] == 0
@@ -170,6 +176,13 @@ def test_one_of_several_objects_is_corrected_in_its_place(go: Tell, ending: str)
         np.testing.assert_array_equal(after[name][1::2], expected[name], err_msg=name)
     for name in COLUMNS:
         np.testing.assert_array_equal(after[name][::2], before[name][::2], err_msg=name)
+    others = KnownRows(Path(rows), identity=1).tracks
+    assert all(np.isnan(np.diag(each.covariance)).all() for each in others)
+    assert not any(each.outlier for each in others)
+    assert go(f"check FILM {rows} --identity 1 -o {listed} --overwrite")[0] == 0
+    assert listed.read_text() == doubts
+    assert go(f"smooth {rows} --identity 1 -o smooth.csv")[0] == 0
+    assert not History.load(Path("smooth.csv.run.json")).objects
     assert go(f"convert {rows} again.{ending} --identity 2")[0] == 0
     for line in (f"refine FILM {rows} --identity 1", f"refine FILM again.{ending}"):
         assert go(f"{line} --at 20=BOX")[0] == 0
@@ -243,9 +256,9 @@ def test_other_objects_keep_their_names_and_their_metres(go: Tell) -> None:
     for old, new in zip(before, after, strict=True):
         if old["id"] == "1":
             assert new == old | dict.fromkeys(HINDSIGHT, "")
+    Path("many.csv.run.json").unlink()
     Path("many.csv").write_text("".join(path.read_text().splitlines(keepends=True)[i] for i in
                                         (0, 1, 1, 2)))  # fmt: skip
-    Path("many.csv.run.json").unlink()
     code, said = go("check FILM many.csv --identity 2")
     assert (code, "many.csv has an object twice in a frame; remove" in said) == (3, True), said
 

@@ -21,6 +21,7 @@ from motes.correction.coordinates import overlap_probability, variances_told
 from motes.correction.correct import passes_over
 from motes.correction.doubts import ranked
 from motes.correction.join import Stretch
+from motes.correction.keyframes import keyframes_in
 from motes.correction.passes import Course
 from motes.sot.presets import preset
 from motes.synthetic.clips import Clip, occluded
@@ -130,13 +131,13 @@ def test_stretches_meet_at_keyframes() -> None:
 
 def test_an_interrupted_pass_is_kept(clip: Clip) -> None:
     region = Ellipse.from_box(box(clip, 0))
-    stretch, so_far = Stretch(0, 47, region, None, frozenset({3, 40})), list[Track]()
+    stretch, so_far = Stretch(0, 47, region, None, frozenset({3, 5, 40})), list[Track]()
     with pytest.raises(KeyboardInterrupt):
         passes_over(Frames(clip, interrupted=6), stretch, preset("default"), 0, so_far)
     part, times = stretch.begun(so_far[-1].frame), [i / 25 for i in range(FRAMES)]
     kept = part.joined(times, Course.of(so_far), None)
     assert [track.frame for track in kept] == [*range(6)]
-    assert kept[3].status is Status.ABSENT
+    assert [track.frame for track in kept if track.status is Status.ABSENT] == [3, 5]
 
 
 def walk(count: int, **changes: object) -> list[Track]:
@@ -281,6 +282,13 @@ def test_distance_from_a_keyframe_alone_is_no_doubt(known: bool) -> None:
     assert all(doubt.gain >= 0.5 for doubt in doubts)
     gains = [doubt.gain for doubt in doubts]
     assert gains == sorted(gains, reverse=True)
+
+
+def test_only_the_first_angle_is_within_a_turn() -> None:
+    turned, turning = Ellipse(20, 20, 9, 5, 30.0), Ellipse(20, 20, 9, 5, 6.0)
+    assert [*keyframes_in({4: turned, 2: turning, 0: None})] == [0, 2, 4]
+    with pytest.raises(ConfigError, match="theta begins with 30"):
+        keyframes_in({4: turning, 2: turned})
 
 
 def test_bad_marks(film: Path, tracks: list[Track], clip: Clip) -> None:

@@ -15,7 +15,13 @@ from motes.core.track import Status, Track
 from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.ground_plane import Ground
 from motes.mot.analytics.lens import Lens
-from motes.mot.analytics.real_units import GroundMotion, RealUnits, motion_in_hindsight, place_of
+from motes.mot.analytics.real_units import (
+    GroundMotion,
+    RealUnits,
+    motion_in_hindsight,
+    place_of,
+    seen_live,
+)
 from motes.mot.analytics.regions import Regions
 from sightings import seen, told
 
@@ -167,6 +173,17 @@ def test_a_live_speed_is_that_of_a_quarter_of_a_second_ago_and_none_in_hindsight
     np.testing.assert_allclose(after[13:-13], 9.81 * times[13:-13], atol=1e-6)
 
 
+def test_a_row_of_a_live_run_is_as_sure_as_it_says_but_never_exact() -> None:
+    places = {"x_m": 1.0, "y_m": 2.0, "x_m_std": 0.3, "y_m_std": 0.0}
+    row = replace(track(0, 0.0, 0.0), further=places)
+    live = seen_live(row)
+    assert live is not None
+    assert live.place.tolist() == [1, 2]
+    np.testing.assert_allclose(live.covariance, np.diag([0.09, 0.0]), atol=1e-12)
+    assert live.covariance[1, 1] > 0
+    assert seen_live(replace(row, further={})) is None
+
+
 def test_a_box_that_was_drawn_does_not_hold_the_line() -> None:
     """The first box has no deviation, and yet may be off, as it is by hand."""
     motion = GroundMotion(RealUnits(Ground(scale=50.0)))
@@ -203,6 +220,14 @@ def test_nothing_is_measured_while_the_target_is_lost() -> None:
     seen = (0, 200, 0, 200), (100, 200, 100, 200), (0, 300, 0, 150), (100, 300, 50, 150)
     horizon = RealUnits(Ground(points=seen))  # at y = 100
     assert GroundMotion(horizon).update([track(0, 5.0, 50.0)])[0].further == {}
+
+
+def test_the_speed_of_an_object_that_the_edge_cuts_is_that_of_before() -> None:
+    motion = GroundMotion(RealUnits(Ground(scale=50.0)), (200, 100))
+    for frame in range(40):
+        (place,) = motion.update([track(frame, min(60.0 + 5 * frame, 185.0), 50.0)])
+    assert place.number("x_m") == pytest.approx(3.7)
+    assert place.number("speed") == pytest.approx(2.5)
 
 
 def seen_by_a_camera(x: float, y: float) -> tuple[float, float]:

@@ -100,6 +100,7 @@ def test_pictures_are_compared_at_rest_if_a_shift_is_wrong(
 ) -> None:
     history, after = prediction.started(small_picture(seen(scene, 100, 100))), seen(scene, 110, 94)
     picture = small_picture(after)
+    assert small_picture(after) is picture  # other trackers of the frame take the same one
     before, now = prediction.predictions(history, picture, after).shared
     assert before.shape == now.shape
     assert now.shape < picture.shape

@@ -17,7 +17,7 @@ from motes.video.sources import Source
 from motes.video.writer import VideoWriter
 
 Paint = Callable[[Moment], Bytes]
-"""Returns the picture of a result; called with each of them."""
+"""Returns the picture of a moment; called with each of them, in order."""
 
 
 def painted_scene(places: Regions) -> Paint:

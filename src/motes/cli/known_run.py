@@ -110,17 +110,15 @@ def corrected_run(
 ) -> tuple[KnownRows, Film, History]:
     """Return the rows of one target, their film, and their history with its keyframes.
 
-    Of several targets, that with the identity is taken.
-
-    Rows of a plain `motes track` get the first target as their keyframe, and may get another
-    tracker.
+    Of several targets, that with the identity is taken. Rows of a plain `motes track` get the first
+    place of the target as their keyframe, and may get another tracker.
 
     Raises
     ------
     ConfigError
         For an unknown option, one that is remembered already, or rows without a target.
     InputError
-        If the rows are not of one target, or it is another film.
+        If the rows lack this target, or have several and none is chosen, or it is another film.
     """
     check_order(source, rows)
     whole = History.beside(rows)

@@ -132,7 +132,7 @@ class KeyframeOptions:
             if not equals:
                 raise ConfigError(f"--at takes FRAME=x,y,width,height; got {text!r}.")
             marked = marks_of(frame, region)
-            if marked[0][1] is not None:
+            if marked[0][1] is not None:  # what is typed has not turned on and on
                 with error_context(f"--at {text}"):
                     check_angle(marked[0][1][4])
             found += marked

@@ -129,6 +129,7 @@ def area(corners: Floats) -> float:
 
 
 WITHOUT_ORDER = (str, bytes, bytearray, Set, Mapping)
+"""Types that hold no numbers in order."""
 
 
 def in_order(numbers: Any) -> Any:

@@ -72,7 +72,7 @@ class Stretch(NamedTuple):
         return {i: key for i, key in ends.items() if key is not None}
 
     def begun(self, last: int) -> Stretch:
-        """Return its beginning up to a frame, whose forward pass was interrupted."""
+        """Return the part up to a frame, the last one of a forward pass that was interrupted."""
         absent = frozenset(frame for frame in self.absent if frame <= last)
         return self._replace(last=last, end=None, absent=absent)
 

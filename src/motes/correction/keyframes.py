@@ -45,7 +45,7 @@ _NUMBERS = re.compile(r"[-+.:\d]+")
 def keyframes_in(marks: Marks) -> dict[int, Ellipse | None]:
     """Return keyframes in order from a mapping; raise a ConfigError if they are none.
 
-    The angle of the first region is within a turn.
+    The angle of the first region must be within a turn.
     """
     if not isinstance(marks, Mapping):
         raise ConfigError(

@@ -110,7 +110,7 @@ class KnownRows:
     def hindsight(self) -> bool:
         """Whether the rows have variances and outliers: they are smoothed or corrected.
 
-        The columns may be there for another object.
+        Of several objects, another one alone may be.
         """
         known = set(DEVIATIONS) <= set(self.columns)
         return known and not (

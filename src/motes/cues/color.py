@@ -232,7 +232,7 @@ def _scales(*scales: float) -> Floats:
 
 
 BORDERS, CONTRAST = _scales(1 - BORDER, 1.0, 1 + BORDER), _scales(CORE_FRACTION, 1.0, SURROUNDINGS)
-"""What `borders` and `contrast` compare."""
+"""The sizes that `borders` and `contrast` compare, as factors of boxes."""
 
 
 def borders(integral: Floats, boxes: Floats) -> Floats:

@@ -57,14 +57,14 @@ inline double mean_difference(Table<const float> one, Table<const float> other) 
     return total / double(one.rows * one.columns);
 }
 
-// Moves those of some values to the front that are near the middle one, and returns how many they
-// are, and how many are below them. They are all, and none, where few would not do.
+// Moves the values near the median to the front. Returns how many these are, and how many of the
+// others are below them: all and none where too few are compared, or the median is not among them.
 //
-// Limits are taken from every 16th value. All are compared with them without branches, since random
-// ones would be foretold wrongly.
+// The limits are taken from every 16th value. All values are compared with them without branches,
+// which a processor would often predict wrongly.
 inline std::pair<Index, Index> near_middle(float* values, Index count) {
     const Index size = count / 16;
-    const auto reach = Index(1.5 * std::sqrt(double(size)));  // three deviations of the middle one
+    const auto reach = Index(1.5 * std::sqrt(double(size)));  // three deviations of their median
     if (size / 2 <= reach) return {count, 0};
     Scratch<float> few(size);
     for (Index i = 0; i < size; ++i) few[i] = values[16 * i];

@@ -29,7 +29,7 @@ class Trackers:
     """Follows several objects at once. They share each frame, and what cues compute from it.
 
     No two are at one place: where objects that were apart are found at one, it is that of the one
-    that is most like itself there and goes on as before, and the others look elsewhere
+    that is most like itself there and moves on as before, and the others look elsewhere
     (`Algorithm.elsewhere`; preset default alone does so). Objects that `init` or `add` places upon
     each other, such as a person and his shirt, may stay so (`Algorithm.upon`). Where nobody meets,
     object i, counted from the first one that was ever added, has the same tracks as with

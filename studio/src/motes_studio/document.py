@@ -104,10 +104,6 @@ def regions_of(places: Places) -> Regions:
 
 def places_toml(places: Places) -> str:
     """Return places as the TOML of `motes watch --places`."""
-    return msgspec.toml.encode(_values(places)).decode()
-
-
-def _values(places: Places) -> dict[str, object]:
     values: dict[str, Any] = {"line": places.lines, "zone": places.zones}
     if places.ground is not None:
         values["ground"] = {"points": places.ground}
@@ -115,7 +111,7 @@ def _values(places: Places) -> dict[str, object]:
     for zone in values["zone"]:
         if zone["dwell"] is None:  # TOML has no null
             del zone["dwell"]
-    return values
+    return msgspec.toml.encode(values).decode()
 
 
 def changed(

@@ -191,8 +191,8 @@ def seen_in(units: RealUnits, track: Track | None) -> Seen | None:
 def seen_live(track: Track | None) -> Seen | None:
     """Return where the row of a live run has a target in metres; None where it has it nowhere.
 
-    Its deviations are taken for those of x and y alone. A live run has no keyframes: what is there
-    without a deviation, as the first place, is not exact.
+    A row has no covariance of x and y; it is taken to be 0. A live run has no keyframes: a place
+    whose deviation is 0, as that of the first frame, is not taken to be exact.
     """
     if track is None or not math.isfinite(track.number("x_m")):
         return None

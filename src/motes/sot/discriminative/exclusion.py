@@ -2,8 +2,8 @@
 
 What is seen at a place speaks for one target only (MacCormick and Blake, A probabilistic exclusion
 principle for tracking multiple objects, ICCV 1999). So when targets that were apart are found at
-one place, it belongs to the one that is most like itself there and goes on as before, and the
-others look again. Of twins, only the way can tell.
+one place, it belongs to the one that is most like itself there and moves on as before, and the
+others look again. Twins are told apart by their motion alone.
 """
 
 from __future__ import annotations
