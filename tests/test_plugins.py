@@ -109,6 +109,7 @@ def test_they_are_known_and_keep_the_rules(installed: Path) -> None:
     assert "patch" in names
 
 
+@pytest.mark.slow
 def test_options_reach_them(go: Go) -> None:
     line = "track FILM --init BOX --preset nummiaro --set hue.bins=12 --set hue.points=64 "
     line += "--set motion.type=drift --set motion.noise=0.4 "

@@ -299,6 +299,7 @@ def test_a_slow_broker_gets_all_in_the_end(
     broker.close()
 
 
+@pytest.mark.slow
 def test_a_silent_broker_does_not_hold_up_the_end(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -89,6 +89,7 @@ def test_a_kill_loses_no_event(film: str, tmp_path: Path, monkeypatch: pytest.Mo
         assert any(event.items() <= each.items() for each in heard)
 
 
+@pytest.mark.slow
 def test_what_waits_is_reported(
     film: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

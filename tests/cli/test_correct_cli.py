@@ -158,6 +158,7 @@ def test_of_several_objects_one_is_taken(go: Tell) -> None:
     assert (known.corrections, len(known.objects[2].corrections)) == ([], 2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", ["csv", "jsonl"])
 def test_one_of_several_objects_is_corrected_in_its_place(go: Tell, ending: str) -> None:
     """It gets the rows that it would get alone, and the others keep theirs."""
@@ -644,6 +645,7 @@ def test_a_tracker_that_is_gone(go: Tell) -> None:
     assert "rows.csv.run.json: No preset 'gone'" in said
 
 
+@pytest.mark.slow
 def test_what_is_remembered_is_not_asked_for_again(go: Tell) -> None:
     Path("lens.yml").write_text(
         "camera_matrix: !!opencv-matrix\n   data: [ 90., 0., 48., 0., 90., 40., 0., 0., 1. ]\n"

@@ -364,6 +364,7 @@ def test_a_camera_that_sways_and_gets_darker_or_brighter_shows_nothing(gain: flo
     assert detector.warnings == {}
 
 
+@pytest.mark.slow
 def test_a_camera_that_pans_after_a_rest_is_noticed_and_shows_nothing() -> None:
     """It pans so slowly that it seems to sway first."""
     rng, detector = np.random.default_rng(0), BackgroundDetector()

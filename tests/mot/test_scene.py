@@ -274,6 +274,7 @@ def told(scene: Scene, frame: Frame, tracks: list[Track]) -> tuple[object, ...]:
     return frame.index, who, bits, dict(scene.warnings)
 
 
+@pytest.mark.slow
 def test_no_more_than_two_frames_are_looked_at_ahead() -> None:
     slow = Slow(lambda _: [])
     for frame, _ in Scene(slow).watch(walks()):

@@ -91,6 +91,7 @@ def place(index: int) -> int:
     return 20 + 2 * (min(index, 20) + max(0, index - 20 - HIDDEN))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("threads", [1, 2])
 def test_who_comes_out_from_behind_another_one_is_found_again(threads: int) -> None:
     frames, tracks = film(), list[list[Track]]()
