@@ -157,8 +157,14 @@ class FrameOptions:
     """If a live source fails, try to open it again for this many seconds, with growing pauses; then
     end with an error. The default is no limit."""
 
-    def open(self, source: str) -> "Source":
-        """Return the frames of a source; raise a SourceError if it cannot be read."""
+    def open(self, source: str, *, whole: bool = False) -> "Source":
+        """Return the frames of a source, if `whole` also those from `end` on.
+
+        Raises
+        ------
+        SourceError
+            If it cannot be read.
+        """
         from motes.video.sources import is_remote, open_source
 
         if self.reconnect is not None and not self.reconnect >= 0:
@@ -168,7 +174,7 @@ class FrameOptions:
         return open_source(
             source,
             start=self.start,
-            end=self.end,
+            end=None if whole else self.end,
             stride=self.stride,
             fps=self.fps,
             on_drop=log,

@@ -125,7 +125,7 @@ def watch(
     )  # fmt: skip
     scene = Scene(_detector(objects, config, frames.end), config, values.seed)
     if isinstance(scene.detector, PreparedDetector) and is_recorded(source):
-        with frames.open(source) as film:
+        with frames.open(source, whole=True) as film:  # the rows are the same for every --end
             scene.detector.prepare(film)
     with frames.open(source) as film:
         where.check(film.width, film.height)
