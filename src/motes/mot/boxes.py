@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import chain
 
 import numpy as np
 
@@ -15,7 +16,7 @@ MARGIN = 1.0
 
 def as_rows(boxes: Iterable[Box]) -> Floats:
     """Return boxes as (n, 4)."""
-    return np.array(list(boxes), np.float64).reshape(-1, 4)
+    return np.fromiter(chain.from_iterable(boxes), np.float64).reshape(-1, 4)
 
 
 def inscribed(boxes: Floats) -> Floats:

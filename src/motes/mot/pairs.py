@@ -32,6 +32,8 @@ def meeting(first: Floats, second: Floats) -> tuple[Integers, Integers]:
     i, j
         (k,) each, indices into the first and the second boxes, sorted by i, then by j.
     """
+    if not (len(first) and len(second)):  # as where nobody is hidden
+        return np.empty(0, np.int64), np.empty(0, np.int64)
     if len(first) * len(second) <= FEW:
         i, j = np.nonzero(_met(first[:, None], second))
         return i, j
