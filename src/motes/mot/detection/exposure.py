@@ -35,7 +35,7 @@ class Exposure:
     """
 
     def __init__(self, pixels: Bytes) -> None:
-        self._usual = _sparse(pixels)
+        self._usual = self._seen = _sparse(pixels)
 
     def curves(self, pixels: Bytes) -> Floats | None:
         """Return the usual value of each value of each color, (3, 257), without rounding.
@@ -43,6 +43,7 @@ class Exposure:
         There are none where a gain is far from 1: the light has changed, not the exposure.
         """
         usual, sparse = self._usual, _sparse(pixels)
+        self._seen = sparse
         gains = _medians(usual / sparse)
         if (np.maximum(gains, 1 / gains) > LARGEST_GAIN).any():
             return None
@@ -60,9 +61,9 @@ class Exposure:
         least, best = min(((misfit(each), each) for each in others), key=lambda pair: pair[0])
         return best if least < BETTER * left else straight
 
-    def learn(self, pixels: Bytes, curves: Floats) -> None:
-        """Learn from a picture with its usual exposure."""
-        usual = np.maximum(_of(curves, _sparse(pixels)), 1)
+    def learn(self, curves: Floats) -> None:
+        """Learn from the last picture, whose curves these are."""
+        usual = np.maximum(_of(curves, self._seen), 1)
         self._usual += (usual - self._usual) / RECENT
 
 
