@@ -150,6 +150,24 @@ def test_gradients_along_outlines() -> None:
             assert sums[column] == (edges * outline)[here].sum()
 
 
+@pytest.mark.parametrize("count", [1, 40, 641])
+def test_how_far_a_shifted_picture_is_from_the_background(count: int) -> None:
+    """The medians of many ratios are found otherwise than those of few."""
+    rng, rgb = np.random.default_rng(0), mosaic(0, 60, 80)
+    pixels = rng.integers([[4], [4], [0]], [[56], [76], [256]], (3, count)).astype(np.int32)
+    shifts = np.array([[0, 0], [4, -3], [-4, 3], [1, 2]], np.int32)
+    for picture in (rgb, rgb[:, :, ::-1].copy()[:, :, ::-1], np.dstack([rgb, rgb])[:, :, :3]):
+        found = np.empty((4, count))
+        kernels.sway.misfits(picture, pixels, shifts, 30, found)
+        (rows, columns, usual), (x, y) = pixels, shifts.T[:, :, None]
+        green = rgb[rows + y, columns + x, 1]
+        gains = np.median(usual / np.maximum(green, 1), axis=1, keepdims=True)
+        np.testing.assert_array_equal(found, np.minimum(np.abs(gains * green - usual), 30))
+    with pytest.raises(ValueError, match="misfits needs rows, columns"):
+        kernels.sway.misfits(rgb, pixels, 10 * shifts, 30, found)
+    kernels.sway.misfits(rgb, np.full((3, count), -(2**31), np.int32), shifts, 30, found)
+
+
 def test_what_is_kept_of_the_background() -> None:
     rng, size = np.random.default_rng(0), (6, 50)
     since, clean = rng.uniform(0, 9, size), random_planes(size, 1)

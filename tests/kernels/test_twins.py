@@ -247,6 +247,16 @@ def test_the_median_ratio_is_that_of_all_points(columns: int, every: int) -> Non
     assert ratio == np.median(one / other)
 
 
+@pytest.mark.parametrize("columns", [1, 2, 31, 700, 701])
+@pytest.mark.parametrize("levels", [3, 2**20])
+def test_medians_of_rows(columns: int, levels: int) -> None:
+    rows = RNG.integers(0, levels, (5, columns + 2)).astype(np.float32)[:, 1:-1]
+    before, out = rows.copy(), np.empty(5, np.float32)
+    kernels.planes.medians(rows, out)
+    np.testing.assert_array_equal(out, np.median(rows, axis=1))
+    np.testing.assert_array_equal(rows, before)
+
+
 def test_the_spread_of_places_by_their_covariance() -> None:
     places = RNG.normal(size=(50, 2)) @ RNG.normal(size=(2, 2))
     covariance = np.cov(places.T)

@@ -407,7 +407,7 @@ def test_a_large_picture_tells_its_sway_by_as_few_pixels() -> None:
     sway.refer(ground[:, :, 1])
     sway.find(np.roll(ground, (2, -1), axis=(1, 0)))
     assert sway.shift == (2, -1)
-    assert FEWEST < len(sway._colors) <= 2 * BLOCKS
+    assert FEWEST < sway._edges.shape[1] <= 2 * BLOCKS
 
 
 @pytest.mark.parametrize("size", [(120, 160), (12, 160), (30, 20)])

@@ -83,18 +83,22 @@ class DetectorConfig:
         """Return a detector with these settings."""
 
 
-def best(detections: Sequence[Detection], frame: Frame) -> Detection | None:
-    """Return the detection with the highest score that can start a tracker, or None.
+def usable(found: Detection, frame: Frame) -> bool:
+    """Return whether a detection can start a tracker.
 
     Its center lies in the frame, it is no larger than the frame, and at least two pixels wide and
     high.
     """
-    fitting = [
-        found
-        for found in detections
-        if 0 <= found.box.x + found.box.width / 2 <= frame.width
-        and 0 <= found.box.y + found.box.height / 2 <= frame.height
-        and 2 <= found.box.width <= frame.width
-        and 2 <= found.box.height <= frame.height
-    ]
+    x, y, width, height = found.box
+    return (
+        0 <= x + width / 2 <= frame.width
+        and 0 <= y + height / 2 <= frame.height
+        and 2 <= width <= frame.width
+        and 2 <= height <= frame.height
+    )
+
+
+def best(detections: Sequence[Detection], frame: Frame) -> Detection | None:
+    """Return the detection with the highest score that can start a tracker, or None."""
+    fitting = [found for found in detections if usable(found, frame)]
     return max(fitting, key=lambda found: found.score, default=None)

@@ -264,15 +264,28 @@ def _numbers(values: Sequence[float]) -> str:
     return ",".join(f"{value:g}" for value in values)
 
 
+def columns(boxes: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return x, y, width and height of boxes (..., 4), each (...)."""
+    return boxes[..., 0], boxes[..., 1], boxes[..., 2], boxes[..., 3]
+
+
+def intersection(first: Floats, second: Floats) -> Floats:
+    """Return the areas that boxes (x, y, w, h) share, shapes (..., 4) that broadcast."""
+    # Column by column: numpy is slow along an axis as short as that of x and y.
+    (x, y, width, height), (left, top, across, down) = columns(first), columns(second)
+    wide = np.minimum(x + width, left + across) - np.maximum(x, left)
+    high = np.minimum(y + height, top + down) - np.maximum(y, top)
+    shared: Floats = np.maximum(wide, 0) * np.maximum(high, 0)
+    return shared
+
+
 def iou(first: ArrayLike, second: ArrayLike) -> Floats:
     """Return the intersection over union of boxes (x, y, w, h), shapes (..., 4) that broadcast.
 
     A box without area overlaps nothing: 0.
     """
     p, q = np.asarray(first, np.float64), np.asarray(second, np.float64)
-    low = np.maximum(p[..., :2], q[..., :2])
-    high = np.minimum(p[..., :2] + p[..., 2:], q[..., :2] + q[..., 2:])
-    inner = np.prod(np.clip(high - low, 0, None), axis=-1)
-    union = np.prod(p[..., 2:], axis=-1) + np.prod(q[..., 2:], axis=-1) - inner
+    inner = intersection(p, q)
+    union = p[..., 2] * p[..., 3] + q[..., 2] * q[..., 3] - inner
     out: Floats = np.divide(inner, union, out=np.zeros_like(np.asarray(inner)), where=union > 0)
     return np.minimum(out, 1.0)  # rounding

@@ -35,17 +35,21 @@ class ColorModel(HistogramModel, frozen=True, eq=False, dict=True, tag="color"):
     """A target's color histogram."""
 
     @cached_property
+    def occupied(self) -> NDArray[np.intp]:
+        """The indices of the occupied bins."""
+        return (self.histogram > 0).nonzero()[0]
+
+    @cached_property
     def roots(self) -> Floats:
         """Square roots of the occupied bins, in order; empty bins add nothing to equation 6."""
-        return np.sqrt(self.histogram[self.histogram > 0])
+        return np.sqrt(self.histogram[self.occupied])
 
     @cached_property
     def slots(self) -> NDArray[np.uint32]:
         """For each bin, its index among the occupied bins; their number if it is empty."""
-        occupied = self.histogram > 0
-        count = np.count_nonzero(occupied)
-        slots = np.full(occupied.size, count, np.uint32)
-        slots[occupied] = np.arange(count, dtype=np.uint32)
+        count = len(self.occupied)
+        slots = np.full(self.histogram.size, count, np.uint32)
+        slots[self.occupied] = np.arange(count, dtype=np.uint32)
         return slots
 
 

@@ -54,6 +54,7 @@ if TYPE_CHECKING:
         selective_update,
         sobel,
         structure_tensor,
+        sway,
     )
 else:
     _compiled = _extension()
@@ -82,6 +83,7 @@ else:
     selective_update = _compiled.selective_update
     sobel = _compiled.sobel
     structure_tensor = _compiled.structure_tensor
+    sway = _compiled.sway
 
 __all__ = [
     "INSTRUCTIONS",
@@ -109,4 +111,5 @@ __all__ = [
     "selective_update",
     "sobel",
     "structure_tensor",
+    "sway",
 ]

@@ -26,6 +26,7 @@
 #include "selective_update.hpp"
 #include "sobel.hpp"
 #include "structure_tensor.hpp"
+#include "sway.hpp"
 
 namespace motes::binding {
 
@@ -138,7 +139,7 @@ inline bool add_kernels(PyObject* extension) {
            add(extension, "planes",
                {unlocked<planes::expose>("expose"), unlocked<planes::relight>("relight"),
                 brief<planes::mean_difference>("mean_difference"),
-                brief<planes::median_ratio>("median_ratio"),
+                brief<planes::medians>("medians"), brief<planes::median_ratio>("median_ratio"),
                 unlocked<planes::window_sums>("window_sums")}) &&
            add(extension, "sampling",
                {brief<pixels_within>("pixels_within"), brief<colors_at>("colors_at"),
@@ -161,7 +162,8 @@ inline bool add_kernels(PyObject* extension) {
                 unlocked<sobel::histograms_at>("histograms_at")}) &&
            add(extension, "structure_tensor",
                {unlocked<structure_tensor::structure_tensor>("structure_tensor"),
-                unlocked<structure_tensor::histograms>("histograms")});
+                unlocked<structure_tensor::histograms>("histograms")}) &&
+           add(extension, "sway", {unlocked<sway::misfits>("misfits")});
 }
 
 // Makes the extension of a name for a set of instructions, with more functions of its own.

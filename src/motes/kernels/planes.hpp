@@ -62,16 +62,17 @@ inline double mean_difference(Table<const float> one, Table<const float> other) 
 //
 // The limits are taken from every 16th value. All values are compared with them without branches,
 // which a processor would often predict wrongly.
-inline std::pair<Index, Index> near_middle(float* values, Index count) {
+template <typename T>
+std::pair<Index, Index> near_middle(T* values, Index count) {
     const Index size = count / 16;
     const auto reach = Index(1.5 * std::sqrt(double(size)));  // three deviations of their median
     if (size / 2 <= reach) return {count, 0};
-    Scratch<float> few(size);
+    Scratch<T> few(size);
     for (Index i = 0; i < size; ++i) few[i] = values[16 * i];
-    float *low = few + (size / 2 - reach), *high = few + (size / 2 + reach);
+    T *low = few + (size / 2 - reach), *high = few + (size / 2 + reach);
     std::nth_element(few.begin(), low, few + size);
     std::nth_element(low + 1, high, few + size);
-    const float least = *low, most = *high;
+    const T least = *low, most = *high;
     Index below = 0, above = 0;
     for (Index i = 0; i < count; ++i) {
         below += Index(values[i] < least);
@@ -80,11 +81,31 @@ inline std::pair<Index, Index> near_middle(float* values, Index count) {
     if (below >= count / 2 || above >= (count + 1) / 2) return {count, 0};  // both middle ones stay
     Index kept = 0;
     for (Index i = 0; i < count; ++i) {
-        const float value = values[i];
+        const T value = values[i];
         values[kept] = value;  // the next one takes its place if it is not near
         kept += Index(least <= value) & Index(value <= most);
     }
     return {kept, below};
+}
+
+// Returns the median of at least one value, none of them NaN; it changes their order.
+template <typename T>
+double median(T* values, Index count) {
+    const auto [kept, smaller] = near_middle(values, count);
+    T* middle = values + count / 2 - smaller;
+    std::nth_element(values, middle, values + kept);
+    const T below = count % 2 ? *middle : *std::max_element(values, middle);
+    return double(below + *middle) / 2;
+}
+
+// Writes the median of each row of a picture.
+inline void medians(Table<const float> picture, Row<float> out) {
+    fit(picture.rows == out.size && picture.columns > 0, "a place for the median of each row");
+    Scratch<float> values(picture.columns);
+    for (Index i = 0; i < picture.rows; ++i) {
+        std::copy_n(picture[i], picture.columns, values.begin());
+        out[i] = float(median(values.begin(), picture.columns));
+    }
 }
 
 // Returns how many points lie between two levels in both of two pictures (h, w), and the median of
@@ -102,12 +123,7 @@ inline std::tuple<Index, double> median_ratio(Table<const float> one, Table<cons
             ratios[count] = a / b;  // the next one takes its place if it does not count
             count += Index(low < a) & Index(a < high) & Index(low < b) & Index(b < high);
         }
-    if (count == 0) return {0, 0.0};
-    const auto [kept, smaller] = near_middle(ratios, count);
-    float *begin = ratios.begin(), *middle = begin + count / 2 - smaller;
-    std::nth_element(begin, middle, begin + kept);
-    const float below = count % 2 ? *middle : *std::max_element(begin, middle);
-    return {count, double(below + *middle) / 2};
+    return {count, count ? median(ratios.begin(), count) : 0.0};
 }
 
 // Returns a place beyond the border, mirrored at the pixel on the border.

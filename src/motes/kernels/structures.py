@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 Bytes = NDArray[np.uint8]
 Sums = NDArray[np.uint16]
 Counts = NDArray[np.uint32]
+Integers = NDArray[np.int32]
 Singles = NDArray[np.float32]
 Floats = NDArray[np.float64]
 Spectra = NDArray[np.complex64]

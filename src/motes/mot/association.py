@@ -10,7 +10,7 @@ import numpy as np
 from motes.core.config import Config, NonNegative, Share
 from motes.core.frame import Frame
 from motes.core.types import Floats
-from motes.mot.boxes import search_areas
+from motes.mot.boxes import inscribed, search_areas
 from motes.mot.overlaps import grouped
 from motes.mot.pairs import Integers, meeting
 from motes.mot.tracked_object import TrackedObject
@@ -107,7 +107,7 @@ def model_distances(
     i, j
         (k,) each: indices of objects and of boxes.
     """
-    distances = np.empty(len(i))
+    distances, ellipses = np.empty(len(i)), inscribed(boxes)
     for one, which in grouped(i, np.arange(len(i))).items():
-        distances[which] = objects[one].distances(frame, boxes[j[which]])
+        distances[which] = objects[one].distances(frame, ellipses[j[which]])
     return distances

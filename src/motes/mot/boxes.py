@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import chain
 
 import numpy as np
 
-from motes.core.geometry import Box
+from motes.core.geometry import Box, intersection
 from motes.core.types import Floats
 
 MARGIN = 1.0
@@ -15,7 +16,13 @@ MARGIN = 1.0
 
 def as_rows(boxes: Iterable[Box]) -> Floats:
     """Return boxes as (n, 4)."""
-    return np.array(list(boxes), np.float64).reshape(-1, 4)
+    return np.fromiter(chain.from_iterable(boxes), np.float64).reshape(-1, 4)
+
+
+def inscribed(boxes: Floats) -> Floats:
+    """Return the upright ellipses in boxes (n, 4), as `Ellipse.from_box` does: (n, 5)."""
+    centers = boxes[:, :2] + (boxes[:, 2:] - 1) / 2
+    return np.hstack([centers, boxes[:, 2:] / 2, np.zeros((len(boxes), 1))])
 
 
 def search_areas(centers: Floats, radii: Floats) -> Floats:
@@ -25,9 +32,12 @@ def search_areas(centers: Floats, radii: Floats) -> Floats:
     return np.hstack([centers - half[:, None], sides, sides])
 
 
+def areas(boxes: Floats) -> Floats:
+    """Return the areas of boxes, shape (..., 4)."""
+    found: Floats = boxes[..., 2] * boxes[..., 3]
+    return found
+
+
 def intersection_over_first(first: Floats, second: Floats) -> Floats:
     """Return the share of each first box that the second one covers, shapes (..., 4) broadcast."""
-    low = np.maximum(first[..., :2], second[..., :2])
-    high = np.minimum(first[..., :2] + first[..., 2:], second[..., :2] + second[..., 2:])
-    shares: Floats = np.clip(high - low, 0, None).prod(axis=-1) / first[..., 2:].prod(axis=-1)
-    return shares
+    return intersection(first, second) / areas(first)

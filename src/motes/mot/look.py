@@ -54,7 +54,7 @@ class Look(msgspec.Struct, frozen=True, eq=False):
         if not ellipses:
             return []
         whole = np.array(ellipses)
-        inside, left, right = (_halves(frame, whole, off) for off in (0, -BESIDE, BESIDE))
+        inside, left, right = _halves(frame, whole)
         own = np.maximum(inside - (left + right) / 2, 0)
         total = own.sum(axis=2, keepdims=True)
         colors = np.divide(own, 2 * total, out=np.zeros_like(own), where=total > 0)
@@ -71,13 +71,16 @@ class Look(msgspec.Struct, frozen=True, eq=False):
         return Look(color, edges, before.frames + 1)
 
 
-def _halves(frame: Frame, whole: Floats, off: float) -> Floats:
-    """Return the colors of both halves of ellipses (n, 5), that many half-widths off: (n, 2, m)."""
-    halves = np.repeat(whole, 2, axis=0) * (1, 1, INNER, 0.5, 1)
-    halves[:, 0] += off * np.repeat(whole[:, 2], 2)
-    halves[::2, 1] -= halves[::2, 3]
-    halves[1::2, 1] += halves[1::2, 3]
-    return COLOR.histograms(frame, halves).reshape(len(whole), 2, -1)
+def _halves(frame: Frame, whole: Floats) -> Floats:
+    """Return the colors of both halves of ellipses (n, 5), and of the strips at both sides.
+
+    The shape is (3, n, 2, m).
+    """
+    halves = np.tile(np.repeat(whole, 2, axis=0) * (1, 1, INNER, 0.5, 1), (3, 1, 1))
+    halves[1:, :, 0] += np.array([[-BESIDE], [BESIDE]]) * np.repeat(whole[:, 2], 2)
+    halves[:, ::2, 1] -= halves[:, ::2, 3]
+    halves[:, 1::2, 1] += halves[:, 1::2, 3]
+    return COLOR.histograms(frame, halves.reshape(-1, 5)).reshape(3, len(whole), 2, -1)
 
 
 def costs(seen: Sequence[Look], known: Sequence[Look | None]) -> Floats:

@@ -11,9 +11,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.geometry import iou
+from motes.core.geometry import intersection, iou
 from motes.core.types import Floats
-from motes.mot.boxes import intersection_over_first, search_areas
+from motes.mot.boxes import areas, intersection_over_first, search_areas
 from motes.mot.pairs import Integers, meeting
 
 Overlaps: TypeAlias = tuple[Integers, Integers, Floats]
@@ -47,9 +47,8 @@ def covered_pairs(first: Floats, second: Floats, share: float) -> Overlaps:
 def nested_pairs(first: Floats, second: Floats, share: float) -> Overlaps:
     """Return the pairs where one box covers more than a share of the other, and how much."""
     i, j = meeting(first, second)
-    shares = np.maximum(
-        intersection_over_first(first[i], second[j]), intersection_over_first(second[j], first[i])
-    )
+    first, second = first[i], second[j]
+    shares = intersection(first, second) / np.minimum(areas(first), areas(second))
     return _where(i, j, shares, shares > share)
 
 
@@ -107,9 +106,9 @@ def merged_blobs(places: Floats, boxes: Floats) -> dict[int, list[int]]:
     """
     i, j, shares = covered_pairs(places, boxes, CONTAINED)
     sizes = np.zeros(len(boxes))
-    np.maximum.at(sizes, j, places[i, 2:].prod(axis=1))
+    np.maximum.at(sizes, j, areas(places[i]))
     several = np.bincount(j, minlength=len(boxes)) > 1
-    several &= boxes[:, 2:].prod(axis=1) > MERGED * sizes
+    several &= areas(boxes) > MERGED * sizes
     out: dict[int, list[int]] = {box: [] for box in np.flatnonzero(several).tolist()}
     for place, box in best_partners(*_where(i, j, shares, several[j])).items():
         out[box].append(place)

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from motes.core.geometry import columns
 from motes.core.types import Floats
 
 Integers = NDArray[np.int64]
@@ -31,6 +32,8 @@ def meeting(first: Floats, second: Floats) -> tuple[Integers, Integers]:
     i, j
         (k,) each, indices into the first and the second boxes, sorted by i, then by j.
     """
+    if not (len(first) and len(second)):  # as where nobody is hidden
+        return np.empty(0, np.int64), np.empty(0, np.int64)
     if len(first) * len(second) <= FEW:
         i, j = np.nonzero(_met(first[:, None], second))
         return i, j
@@ -43,9 +46,11 @@ def meeting(first: Floats, second: Floats) -> tuple[Integers, Integers]:
 
 def _met(first: Floats, second: Floats) -> NDArray[np.bool_]:
     """Return which boxes share an area, shapes (..., 4) that broadcast."""
-    low = np.maximum(first[..., :2], second[..., :2])
-    high = np.minimum(first[..., :2] + first[..., 2:], second[..., :2] + second[..., 2:])
-    met: NDArray[np.bool_] = np.all(low < high, axis=-1)
+    (x, y, width, height), (left, top, across, down) = columns(first), columns(second)
+    met: NDArray[np.bool_] = (
+        (np.maximum(x, left) < np.minimum(x + width, left + across))
+        & (np.maximum(y, top) < np.minimum(y + height, top + down))
+    )  # fmt: skip
     return met
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Self
 
 import msgspec
@@ -32,7 +33,7 @@ FIRST_SURPRISE = 0.25**2
 """How far a detection of a new object is off, squared, in mean half-axes."""
 
 
-class TrackedObject(msgspec.Struct, frozen=True, eq=False):
+class TrackedObject(msgspec.Struct, frozen=True, eq=False, dict=True):
     """The state of an object. Each method returns the object as it is after a step.
 
     Only `rng` is not frozen: `observe` draws from it, and each object has its own.
@@ -142,6 +143,11 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
         )  # fmt: skip
         return begun if box is None else begun.detect(box, frame.time)
 
+    @cached_property
+    def box(self) -> Box:
+        """The box of its track, which many stages read."""
+        return self.track.box
+
     @property
     def occluded(self) -> bool:
         """Whether it is there, but cannot be seen."""
@@ -164,7 +170,7 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
 
     def box_after(self, seconds: float) -> Box:
         """Return the box where it should be some seconds later."""
-        box, (dx, dy) = self.track.box, (self.velocity * seconds).tolist()
+        box, (dx, dy) = self.box, (self.velocity * seconds).tolist()
         return box._replace(x=box.x + dx, y=box.y + dy)
 
     def carried(self, place: tuple[float, float], origin: tuple[float, float]) -> Self:
@@ -227,11 +233,14 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
         """
         if self.cut_for:
             return self
-        error = np.array(self.track.ellipse[:2]) - self.predicted[:2]
-        squares = error**2 / math.prod(self.axes)
-        dx, dy = (smoothing * np.array(self.surprise) + (1 - smoothing) * squares).tolist()
-        velocity = self.velocity + (1 - smoothing) * error / dt
-        return replace(self, velocity=velocity, surprise=(dx, dy))
+        now, then, (dx, dy) = self.track.ellipse, self.predicted, self.surprise
+        x, y, size, follows = now.x - then.x, now.y - then.y, math.prod(self.axes), 1 - smoothing
+        surprise = (
+            smoothing * dx + follows * (x * x / size),
+            smoothing * dy + follows * (y * y / size),
+        )
+        velocity = self.velocity + np.array((follows * x / dt, follows * y / dt))
+        return replace(self, velocity=velocity, surprise=surprise)
 
     def variance(self, now: float, dt: float, smoothing: float) -> Floats:
         """Return the variance (2,) of where it is predicted, in squared mean half-axes.
@@ -305,9 +314,8 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
             ),
         )
 
-    def distances(self, frame: Frame, boxes: Floats) -> Floats:
-        """Return the distances of its models from the regions in boxes (m, 4): (m,)."""
-        ellipses = np.array([Ellipse.from_box(box) for box in boxes.tolist()])
+    def distances(self, frame: Frame, ellipses: Floats) -> Floats:
+        """Return the distances of its models from the regions in ellipses (m, 5): (m,)."""
         cues = self.tracker.cues
         each = [
             cue.distances(self.state.models[name], frame, ellipses) for name, cue in cues.items()
@@ -316,9 +324,11 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
 
     def _moved(self, state: FilterState, old: Ellipse, new: Ellipse) -> FilterState:
         """Return a state with the particles moved and scaled as one ellipse to another, at rest."""
-        motion = self.tracker.motion
-        ellipses = motion.ellipses(state.states) * (1.0, 1.0, new.a / old.a, new.b / old.b, 1.0)
-        ellipses += (new.x - old.x, new.y - old.y, 0.0, 0.0, 0.0)
+        motion, away = self.tracker.motion, (new.x - old.x, new.y - old.y, 0.0, 0.0, 0.0)
+        ellipses = motion.ellipses(state.states)
+        if new[2:4] != old[2:4]:
+            ellipses = ellipses * np.array((1.0, 1.0, new.a / old.a, new.b / old.b, 1.0))
+        ellipses = ellipses + np.array(away)  # faster than with a tuple
         return replace(state, states=motion.initial(ellipses))
 
 

@@ -93,20 +93,23 @@ def cuts_in(frames: Iterable[Frame]) -> Iterator[int]:
 
 def _look(frame: Frame) -> _Look:
     step = max(1, frame.width // SAMPLES)
-    points = frame.pixels[::step, ::step]
-    bins = points >> np.uint8(5)
-    codes = bins[..., 0].astype(np.int64) << 6 | bins[..., 1].astype(np.int64) << 3 | bins[..., 2]
+    points = np.ascontiguousarray(frame.pixels[::step, ::step].transpose(2, 0, 1))
+    red, green, blue = points >> np.uint8(5)
+    codes = red.astype(np.int64) << 6 | green << np.uint8(3) | blue
     colors = np.bincount(codes.ravel(), minlength=512) / codes.size
-    colorless = bool((points.max(axis=2) - points.min(axis=2)).mean() < COLORLESS)
-    return _Look(frame.time, _small(points), colors, colorless)
+    apart = np.maximum.reduce(points) - np.minimum.reduce(points)
+    return _Look(frame.time, _small(points), colors, bool(apart.mean() < COLORLESS))
 
 
 def _small(points: Bytes) -> Floats:
-    """Return the gray values of a picture, averaged over blocks."""
-    block = max(1, min(points.shape[1] // GRID, points.shape[0]))
-    height, width = points.shape[0] // block, points.shape[1] // block
-    blocks = points[: height * block, : width * block].reshape(height, block, width, block, 3)
-    gray: Floats = blocks.mean(axis=(1, 3, 4))
+    """Return the gray values of a picture (3, H, W), averaged over blocks."""
+    _, height, width = points.shape
+    block = max(1, min(width // GRID, height))
+    height, width = height // block, width // block
+    grays = np.add.reduce(points, dtype=np.uint32)[: height * block, : width * block]
+    rows = np.add.reduce(grays.reshape(height, block, -1), axis=1)
+    sums = np.add.reduce([rows[:, i::block] for i in range(block)])
+    gray: Floats = sums / (3 * block**2)
     return gray
 
 

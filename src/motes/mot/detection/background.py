@@ -292,7 +292,7 @@ class BackgroundDetector:
         curves = self._exposure.curves(pixels)
         if curves is None:
             return planes_of(pixels)
-        self._exposure.learn(pixels, curves)
+        self._exposure.learn(curves)
         tables = tables_of(curves)
         planes = planes_of(pixels, tables)
         for plane, usual, table in zip(planes, self._background.planes, tables, strict=True):

@@ -9,10 +9,12 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motes import kernels
 from motes.core.geometry import Box, iou
-from motes.core.types import Bytes
+from motes.core.types import Bytes, Floats
+from motes.mot.boxes import as_rows
 from motes.mot.detection.morphology import closed, components, opened
 
 ONE = 0.7
@@ -54,6 +56,7 @@ def blobs(mask: Bytes, least: float, known: Sequence[Box] = ()) -> list[Box]:
     kernels.components.fill_holes(mask, np.ones_like(mask), solid)
     clean, smallest = opened(solid, SPECK), round(least * mask.size)
     labels, parts = components(closed(clean, (height, width)))
+    places, clean = as_rows(known), clean.view(np.bool_)
     found: list[tuple[int, Box]] = []
     for number, (x, y, w, h, area) in enumerate(parts.tolist(), start=1):
         if area < smallest:
@@ -61,42 +64,42 @@ def blobs(mask: Bytes, least: float, known: Sequence[Box] = ()) -> list[Box]:
         here = slice(y, y + h), slice(x, x + w)
         patch = (labels[here] == number) & clean[here]
         whole = Box(x, y, w, h)
-        cuts = divided(patch)
-        if not _plausible(len(cuts) + 1, whole, known):
-            cuts = []
-        if not cuts:
+        cuts = divided(patch.view(np.uint8))
+        if not cuts or (known and not _plausible(len(cuts) + 1, whole, places)):
             found.append((area, whole))
             continue
         for left, right in zip([0, *cuts], [*cuts, w], strict=True):
-            own = np.flatnonzero(patch[:, left:right].any(axis=1))
-            columns = left + np.flatnonzero(patch[:, left:right].any(axis=0))
+            part = patch[:, left:right]
+            (own,), (columns,) = part.any(axis=1).nonzero(), part.any(axis=0).nonzero()
             box = Box(
-                x + int(columns[0]), y + int(own[0]), int(columns[-1] - columns[0]) + 1,
+                x + left + int(columns[0]), y + int(own[0]), int(columns[-1] - columns[0]) + 1,
                 int(own[-1] - own[0]) + 1,
             )  # fmt: skip
-            inside = area * int(patch[:, left:right].sum()) // max(int(patch.sum()), 1)
+            inside = area * np.count_nonzero(part) // max(np.count_nonzero(patch), 1)
             if inside >= smallest:
                 found.append((inside, box))
     return [box for _, box in sorted(found, key=lambda each: -each[0])]
 
 
-def _plausible(parts: int, patch: Box, known: Sequence[Box]) -> bool:
-    """Return whether a patch may be divided, by the objects known in the frame before.
+def _plausible(parts: int, patch: Box, known: Floats) -> bool:
+    """Return whether a patch may be divided, by the objects known in the frame before, (n, 4).
 
     A patch in the place of one object is that object. One that holds several known ones is divided
     into as many parts or not at all: else an outline with hollows would tear an object apart while
     another one passes it, and the scene knows better which of them is hidden.
     """
-    if any(iou(patch, each) > ONE for each in known):
+    if np.any(iou(patch, known) > ONE):
         return False
-    inside = sum(_holds(patch, each) for each in known)
-    return inside < 2 or inside == parts
+    inside = np.count_nonzero(_holds(patch, known))
+    return inside in (0, 1, parts)
 
 
-def _holds(box: Box, other: Box) -> bool:
-    """Return whether the center of another box lies in a box."""
-    x, y = other.x + other.width / 2, other.y + other.height / 2
-    return box.x < x < box.x + box.width and box.y < y < box.y + box.height
+def _holds(box: Box, others: Floats) -> NDArray[np.bool_]:
+    """Return which of other boxes (n, 4) have their centers in a box."""
+    low, high = box[:2], (box.x + box.width, box.y + box.height)
+    centers = others[:, :2] + others[:, 2:] / 2
+    holds: NDArray[np.bool_] = np.all((low < centers) & (centers < high), axis=1)
+    return holds
 
 
 def divided(patch: Bytes) -> list[int]:

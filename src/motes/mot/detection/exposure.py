@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from motes import kernels
 from motes.core.types import Bytes, Floats, Singles
 
 SPARSE = 8
@@ -17,6 +18,8 @@ POINTS = 1024
 """Number of pixels that a curve is read off."""
 KNOTS = 8
 """Groups of like pixels that a curve is read off; in most of them most must be background."""
+FIRST, SECOND = np.triu_indices(KNOTS, 1)
+"""All pairs of them."""
 NOTICED = 2.0
 """Gray levels; where a gain leaves less, in the median, there is no curve."""
 BETTER = 0.8
@@ -32,33 +35,35 @@ class Exposure:
     """
 
     def __init__(self, pixels: Bytes) -> None:
-        self._usual = _sparse(pixels)
+        self._usual = self._seen = _sparse(pixels)
 
     def curves(self, pixels: Bytes) -> Floats | None:
         """Return the usual value of each value of each color, (3, 257), without rounding.
 
         There are none where a gain is far from 1: the light has changed, not the exposure.
         """
-        usual, sparse = self._usual.reshape(-1, 3), _sparse(pixels).reshape(-1, 3)
-        gains = np.median(np.ascontiguousarray((usual / sparse).T), axis=1)
+        usual, sparse = self._usual, _sparse(pixels)
+        self._seen = sparse
+        gains = _medians(usual / sparse)
         if (np.maximum(gains, 1 / gains) > LARGEST_GAIN).any():
             return None
-        straight: Floats = gains[:, None] * np.arange(257)
-        step = max(1, len(usual) // POINTS)
-        usual, sparse = usual[::step], sparse[::step]
+        straight: Floats = gains[:, None] * np.arange(257.0)
+        step = max(1, usual.shape[1] // POINTS)
+        usual, sparse = usual[:, ::step], sparse[:, ::step]
 
         def misfit(curves: Floats) -> float:
-            return float(np.median(np.abs(_of(curves, sparse) - usual)))
+            return float(_medians(np.abs(_of(curves, sparse) - usual).reshape(1, -1))[0])
 
         left = misfit(straight)
-        if left < NOTICED or len(usual) < KNOTS:  # as in most frames, or in a tiny one
+        if left < NOTICED or usual.shape[1] < KNOTS:  # as in most frames, or in a tiny one
             return straight
-        best = min(_gamma(usual, sparse), _contrast(usual, sparse), key=misfit)
-        return best if misfit(best) < BETTER * left else straight
+        others = _gamma_and_contrast(usual, sparse)
+        least, best = min(((misfit(each), each) for each in others), key=lambda pair: pair[0])
+        return best if least < BETTER * left else straight
 
-    def learn(self, pixels: Bytes, curves: Floats) -> None:
-        """Learn from a picture with its usual exposure."""
-        usual = np.maximum(_of(curves, _sparse(pixels)), 1)
+    def learn(self, curves: Floats) -> None:
+        """Learn from the last picture, whose curves these are."""
+        usual = np.maximum(_of(curves, self._seen), 1)
         self._usual += (usual - self._usual) / RECENT
 
 
@@ -67,45 +72,54 @@ def tables_of(curves: Floats) -> Bytes:
     return np.rint(curves[:, :256]).clip(0, 255).astype(np.uint8)
 
 
-def _gamma(usual: Singles, sparse: Singles) -> Floats:
-    """Return the curves, (3, 257), of a gain and a gamma: lines between logarithms."""
-    offsets, slopes = _line(np.log(sparse), np.log(usual))
-    out: Floats = np.exp(offsets)[:, None] * np.arange(257) ** slopes[:, None]
-    return out
+def _gamma_and_contrast(usual: Singles, sparse: Singles) -> tuple[Floats, Floats]:
+    """Return the curves, (3, 257), of a gain and a gamma, and of a brightness and a contrast.
 
-
-def _contrast(usual: Singles, sparse: Singles) -> Floats:
-    """Return the curves, (3, 257), of a brightness and a contrast: lines between values."""
-    offsets, slopes = _line(sparse, usual)
-    out: Floats = offsets[:, None] + slopes[:, None] * np.arange(257)
-    return out
-
-
-def _line(x: Singles, y: Singles) -> tuple[Floats, Floats]:
-    """Return offset and slope (3,) of the lines from values x (n, 3) to y.
-
-    A slope is the median of those between the medians of groups of like pixels (Theil and Sen), so
-    that one or two groups that objects cover do not change it.
+    These are lines between logarithms, and between values. A slope is the median of those between
+    the medians of groups of like pixels (Theil and Sen), so that one or two groups that objects
+    cover do not change it.
     """
-    count = len(y) // KNOTS
-    order = np.argsort(y, axis=0)[: KNOTS * count]
-    u, v = (
-        np.median(np.take_along_axis(values, order, axis=0).reshape(KNOTS, count, 3), axis=1)
-        for values in (x, y)
+    count = usual.shape[1] // KNOTS
+    order = np.argsort(usual, axis=1)[:, : KNOTS * count]
+    x, y = (
+        np.take_along_axis(values, order, axis=1).reshape(3, KNOTS, count)
+        for values in (sparse, usual)
     )
-    i, j = np.triu_indices(KNOTS, 1)
-    runs = u[j] - u[i]
-    slopes = np.divide(v[j] - v[i], runs, out=np.ones_like(runs), where=runs > 0)
-    slope = np.clip(np.median(slopes, axis=0), 1 / LARGEST_GAIN, LARGEST_GAIN)
-    return np.median(y - slope * x, axis=0), slope
+    middle = (count - 1) // 2, count // 2
+    u, v = np.partition(x, middle, axis=2)[:, :, middle], y[:, :, middle]
+    offsets, slopes = _line(sparse, usual, u, v)
+    contrast: Floats = offsets[:, None] + slopes[:, None] * np.arange(257)
+    offsets, slopes = _line(*map(np.log, (sparse, usual, u, v)))
+    gamma: Floats = np.exp(offsets)[:, None] * np.arange(257) ** slopes[:, None]
+    return gamma, contrast
+
+
+def _line(x: Singles, y: Singles, u: Singles, v: Singles) -> tuple[Singles, Singles]:
+    """Return offset and slope (3,) of the lines from values x (3, n) to y.
+
+    `u` and `v` are of groups of them, (3, KNOTS, 2): both values in the middle.
+    """
+    across, up = (ends[..., 0] + ends[..., 1] for ends in (u, v))  # twice the medians
+    runs = across[:, SECOND] - across[:, FIRST]
+    rises = up[:, SECOND] - up[:, FIRST]
+    slopes = np.divide(rises, runs, out=np.ones_like(runs), where=runs > 0)
+    slope = np.clip(_medians(slopes), 1 / LARGEST_GAIN, LARGEST_GAIN)
+    return _medians(y - slope[:, None] * x), slope
+
+
+def _medians(values: Singles) -> Singles:
+    """Return the medians of rows."""
+    out = np.empty(len(values), np.float32)
+    kernels.planes.medians(np.ascontiguousarray(values), out)
+    return out
 
 
 def _of(curves: Floats, colors: Singles) -> Singles:
-    """Return the values of colors (..., 3) on their curves."""
-    values = [curve[colors[..., k].astype(int)] for k, curve in enumerate(curves)]
-    return np.stack(values, axis=-1).astype(np.float32)
+    """Return the values of colors (3, n) on their curves."""
+    return np.take_along_axis(curves, colors.astype(np.intp), axis=1).astype(np.float32)
 
 
 def _sparse(pixels: Bytes) -> Singles:
-    """Return the colors of some pixels, all above 0."""
-    return 1 + pixels[::SPARSE, ::SPARSE].astype(np.float32)
+    """Return the colors of some pixels, all above 0: (3, n)."""
+    colors = pixels[::SPARSE, ::SPARSE].reshape(-1, 3).T
+    return np.add(1, colors, dtype=np.float32, order="C")

@@ -34,12 +34,15 @@ class ReferenceImage:
     """
 
     def __init__(self, pixels: Bytes) -> None:
-        self._kept, self._age = _reduced(pixels), 0
+        self._keep(_reduced(pixels))
+
+    def _keep(self, reduced: Singles) -> None:
+        self._kept, self._shades, self._age = reduced, _shades(reduced), 0
 
     def has_moved(self, pixels: Bytes) -> bool:
         """Return whether a picture of the same size is shifted against the reference."""
         reduced, margin = _reduced(pixels), max(SHIFTS)
-        picture = _relit(reduced, self._kept)
+        picture = _relit(reduced, self._shades)
         self._age += 1
         height, width = picture.shape
         if min(height, width) <= 2 * margin:
@@ -60,13 +63,13 @@ class ReferenceImage:
         limit = min(BETTER * stay, stay - NOTICED)
         moved = limit > 0 and any(fits(far * dy, far * dx) for far in SHIFTS for dy, dx in sides)
         if moved or self._age == LASTS:
-            self._kept, self._age = reduced, 0
+            self._keep(reduced)
         return moved
 
 
-def _relit(picture: Singles, like: Singles) -> Singles:
+def _relit(picture: Singles, other: Singles) -> Singles:
     """Return a picture with the shades of another: as many pixels below each gray value."""
-    own, other = _shades(picture), _shades(like)
+    own = _shades(picture)
     if np.abs(own - other).max() < 1:
         return picture
     change = np.interp(np.arange(256), own, other - own).astype(np.float32)

@@ -10,9 +10,11 @@ import math
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
+from motes import kernels
 from motes.core.types import Bytes, Floats
-from motes.mot.pairs import Integers
+from motes.kernels.structures import Integers
 
 Shift: TypeAlias = tuple[int, int]
 """How far what a picture shows lies to the right of, and below, where the background shows it."""
@@ -54,7 +56,7 @@ class Sway:
 
     def __init__(self) -> None:
         self.shift: Shift = (0, 0)
-        self._rows = self._columns = self._colors = np.empty(0, np.int64)
+        self._edges = np.empty((3, 0), np.int32)
 
     @property
     def ends(self) -> bool:
@@ -63,15 +65,14 @@ class Sway:
 
     def refer(self, background: Bytes) -> None:
         """Take green of the background (H, W) as what pictures are compared with."""
-        self._rows, self._columns = _edges(background)
-        self._colors = background[self._rows, self._columns].astype(np.int64)
+        self._edges = _edges(background)
 
     def find(self, pixels: Bytes, step: int = STEP) -> None:
         """Set the shift of the next picture (H, W, 3).
 
         It is at most `step` pixels from the last one in x and y, or from a better one on the way.
         """
-        if len(self._colors) < FEWEST:
+        if self._edges.shape[1] < FEWEST:
             return
         stay = self._apart(pixels, np.array([self.shift]))[0]
         around = np.indices((2 * step + 1, 2 * step + 1)).reshape(2, -1).T - step
@@ -88,15 +89,14 @@ class Sway:
         if less.mean() > max(NOTICED, SURE * less.std() / math.sqrt(less.size)):
             self.shift = best
 
-    def _apart(self, pixels: Bytes, shifts: Integers) -> Floats:
+    def _apart(self, pixels: Bytes, shifts: NDArray[np.int64]) -> Floats:
         """Return how much a picture differs from the background at shifts (n, 2): (n, edges).
 
         It is first made as bright as the background there: a brighter picture is not a shifted one.
         """
-        x, y = shifts[:, :1], shifts[:, 1:]
-        green = pixels[self._rows + y, self._columns + x, 1]
-        gains = np.median(self._colors / np.maximum(green, 1), axis=1, keepdims=True)
-        out: Floats = np.minimum(np.abs(gains * green - self._colors), MOST)
+        places = np.ascontiguousarray(shifts, np.int32)
+        out = np.empty((len(places), self._edges.shape[1]))
+        kernels.sway.misfits(pixels, self._edges, places, MOST, out)
         return out
 
 
@@ -118,13 +118,16 @@ def unseen(shift: Shift) -> tuple[slice, slice]:
     return rows, columns
 
 
-def _edges(picture: Bytes) -> tuple[Integers, Integers]:
-    """Return rows and columns of both sides of the strongest edge of each block of a picture."""
+def _edges(picture: Bytes) -> Integers:
+    """Return both sides of the strongest edge of each block of a picture: (3, n).
+
+    They are rows, columns and values of pixels.
+    """
     (height, width), margin = picture.shape, FARTHEST
     block = max(BLOCK, math.isqrt(height * width // BLOCKS))
     rows, columns = ((side - 2 * margin - 1) // block for side in (height, width))
     if rows < 1 or columns < 1:
-        return np.empty(0, np.int64), np.empty(0, np.int64)
+        return np.empty((3, 0), np.int32)
     inner = picture[margin : height - margin, margin : width - margin].astype(np.int16)
     down, right = np.diff(inner, axis=0), np.diff(inner, axis=1)
     here = slice(rows * block), slice(columns * block)
@@ -134,4 +137,5 @@ def _edges(picture: Bytes) -> tuple[Integers, Integers]:
     y, x = np.divmod(np.arange(len(blocks)), columns)
     y, x = margin + y * block + strongest // block, margin + x * block + strongest % block
     y, x = (each[blocks.max(axis=1) >= EDGE] for each in (y, x))
-    return np.concatenate([y, y + 1]), np.concatenate([x, x + 1])
+    y, x = np.concatenate([y, y + 1]), np.concatenate([x, x + 1])
+    return np.stack([y, x, picture[y, x]]).astype(np.int32)

@@ -38,7 +38,7 @@ def admit(
     if not expected:
         return begun, keys, list(free)
     visible = [each for each in objects if not each.occluded]
-    boxes = [*(each.track.box for each in visible), *(each.box for each in free)]
+    boxes = [*(each.box for each in visible), *(each.box for each in free)]
     held = _held([each.samples for each in expected], boxes, frame)
     fraction = config.tracker.presence.fraction
     places = dict(assign(np.where(held > fraction, 1 - held, np.inf)))

@@ -29,7 +29,7 @@ def initiate(
     Identities go on from the number of objects that have been created. An object's random numbers
     depend only on the seed and its identity.
     """
-    places = as_rows(each.track.box for each in objects)
+    places = as_rows(each.box for each in objects)
     after, confirmed = initiation.update(
         frame.time, free, places, config.association.overlap, config.initiation
     )

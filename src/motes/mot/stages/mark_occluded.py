@@ -37,7 +37,7 @@ def mark_occluded(
 
 def _covers(visible: Sequence[TrackedObject], overlap: float) -> dict[int, Integers]:
     """Return for each object the others that cover more than a share of it, as indices."""
-    boxes = as_rows(each.track.box for each in visible)
+    boxes = as_rows(each.box for each in visible)
     rows, columns = occlusion_candidates(boxes)
     covered = intersection_over_first(boxes[rows], boxes[columns]) > overlap
     return grouped(rows[covered], columns[covered])

@@ -30,7 +30,7 @@ def report(
     """
     hidden = [each for each in objects if each.occluded]
     visible = [each for each in objects if not each.occluded]
-    places, boxes = (as_rows(each.track.box for each in some) for some in (hidden, visible))
+    places, boxes = (as_rows(each.box for each in some) for some in (hidden, visible))
     i, j, shares = covered_pairs(places, boxes, config.occlusion.overlap)
     occluders = {
         hidden[n].identity: visible[m].identity for n, m in best_partners(i, j, shares).items()
@@ -39,7 +39,7 @@ def report(
     tracks, staying = list[Track](), list[TrackedObject]()
     for each in objects:
         max_age = config.termination.max_age
-        if each.track.box.room(frame.width, frame.height) <= 0:
+        if each.box.room(frame.width, frame.height) <= 0:
             max_age = MAX_AGE_AT_BORDER
         elif each.identity in covered:
             max_age *= COVERED_AGE_FACTOR

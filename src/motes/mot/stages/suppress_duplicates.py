@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from motes.core.detection import Detection, best
+from motes.core.detection import Detection, usable
 from motes.core.frame import Frame
 from motes.mot.boxes import as_rows
 from motes.mot.overlaps import without_duplicates
@@ -32,7 +32,7 @@ def suppress_duplicates(
 
 def _useful(each: Detection, frame: Frame) -> bool:
     """Return whether a tracker can start on a detection."""
-    return math.isfinite(each.score) and best([each], frame) is not None
+    return math.isfinite(each.score) and usable(each, frame)
 
 
 def _wanted(each: Detection, config: DetectionSelection) -> bool:

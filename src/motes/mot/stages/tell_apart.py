@@ -54,7 +54,7 @@ def _seen(
     objects: Sequence[TrackedObject], free: Sequence[Detection], frame: Frame, touching: float
 ) -> tuple[list[TrackedObject], set[int]]:
     """Return the objects with their contacts and looks after the frame, and which are clear now."""
-    boxes, alive = as_rows(each.track.box for each in objects), {each.identity for each in objects}
+    boxes, alive = as_rows(each.box for each in objects), {each.identity for each in objects}
     i, j, _ = nested_pairs(boxes, boxes, touching)
     near = grouped(i[i != j], j[i != j])
     unknown = set(nested_pairs(boxes, as_rows(each.box for each in free), touching)[0].tolist())
