@@ -306,15 +306,18 @@ def test_a_pipe_gives_the_pictures_of_the_file(tmp_path: Path, ending: str) -> N
 def test_an_interrupt_ends_the_opening_of_a_silent_pipe(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    def threads() -> list[threading.Thread]:
+        return [each for each in threading.enumerate() if "ThreadPool" in each.name]
+
     def interrupted(*_: object) -> object:
-        time.sleep(0.1)
+        wait_until(threads)
         raise KeyboardInterrupt
 
     with sent(b"G", tmp_path) as (name, _):
         monkeypatch.setattr("concurrent.futures.Future.result", interrupted)
         with pytest.raises(KeyboardInterrupt):
             open_source(name)
-    assert not [each for each in threading.enumerate() if "ThreadPool" in each.name]
+    assert not threads()
 
 
 def test_the_end_ends_who_waits() -> None:
