@@ -96,20 +96,19 @@ def slow_film(film: tuple[str, str], tmp_path_factory: pytest.TempPathFactory) -
 
 
 def test_rows_are_what_the_tracker_says(go: Go, film: tuple[str, str]) -> None:
-    code, out, error = go("track FILM --init BOX -o r.csv")
+    code, out, error = go("track FILM --init BOX --end 12 -o r.csv")
     assert (code, out) == (0, "")
     assert re.fullmatch(
-        r"motes: 30 frames, tracked in 100\.0 %, tracker [\d.]+ ms a frame; wrote r\.csv\.\n", error
+        r"motes: 12 frames, tracked in 100\.0 %, tracker [\d.]+ ms a frame; wrote r\.csv\.\n", error
     )
     tracker = Tracker(seed=0)
     region = [float(number) for number in film[1].split(",")]
-    with open_source(film[0]) as source:
+    with open_source(film[0], end=12) as source:
         tracks = [
             tracker.update(frame) if frame.index else tracker.init(frame, region)
             for frame in source
         ]
     read = read_csv("r.csv")
-    assert len(read) == FRAMES
     for track, row in zip(tracks, read, strict=True):
         assert (int(row["frame"]), row["status"]) == (track.frame, track.status)
         assert float(row["x"]) == round(track.ellipse.x, 3)
