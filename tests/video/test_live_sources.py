@@ -255,7 +255,7 @@ def test_a_recording_waits(monkeypatch: pytest.MonkeyPatch) -> None:
         assert [frame.index for frame in frames] == list(range(5))
 
 
-def test_errors_come_after_the_frames(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_errors_come_after_the_frames() -> None:
     film = Film(realtime=False, error=SourceError("broken"))
     with reading(film) as frames:
         film.give(2)
