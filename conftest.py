@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -29,8 +30,10 @@ for number in SIGNALS:
 
 # What a terminal, a user or a scheduler has set is none of the tests' business.
 for name in ("COLUMNS", "LINES", "FORCE_COLOR", "NO_COLOR", "MOTES_DEBUG", "RAY_ADDRESS",
-             "PYTHONIOENCODING"):  # fmt: skip
+             "PYTHONIOENCODING", "PYTHONDONTWRITEBYTECODE"):  # fmt: skip
     os.environ.pop(name, None)
+# Else each worker, and each program that tests start, compiles all modules anew: 13 s of a core.
+sys.dont_write_bytecode = False
 os.environ |= {"LC_ALL": "C.UTF-8", "TERM": "xterm"}
 os.umask(0o022)
 # Servers that tests start are on this machine; a proxy does not reach them.
@@ -38,11 +41,11 @@ os.environ["no_proxy"] = os.environ["NO_PROXY"] = "*"
 
 
 @pytest.hookimpl(optionalhook=True)
-def pytest_xdist_auto_num_workers() -> int:
-    """Return the cores and one: some tests wait for a browser, but more would slow each other."""
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
+    """Return the cores, and one more where tests wait for a browser."""
     from motes_fleet.cluster.machine import cores
 
-    return cores() + 1
+    return cores() + ("not browser" not in config.getoption("markexpr"))
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -103,9 +103,7 @@ def test_without_trackers(monkeypatch: pytest.MonkeyPatch) -> None:
         mot_tracker_spec("trackers:sort")
 
 
-def test_peers_that_measure_the_camera_get_frames_in_bgr(
-    crowd: MotSequence, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_peers_that_measure_the_camera_get_frames_in_bgr(monkeypatch: pytest.MonkeyPatch) -> None:
     seen = []
 
     class Seeing:

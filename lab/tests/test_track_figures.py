@@ -205,7 +205,7 @@ def test_the_surface_is_rho_at_each_place() -> None:
         assert surface.height(points) == pytest.approx(rho)
 
 
-def test_one_frame_is_kept_of_many_and_it_is_a_tracked_one(tmp_path: Path) -> None:
+def test_one_frame_is_kept_of_many_and_it_is_a_tracked_one() -> None:
     recorder = Recorder(preset("nummiaro"))
     kept = []
     for index in range(12):
@@ -217,7 +217,7 @@ def test_one_frame_is_kept_of_many_and_it_is_a_tracked_one(tmp_path: Path) -> No
     assert kept == [None, 1, 1, 3, 3, 3, 3, 7, 7, 7, 7, 7]
 
 
-def test_figures_are_of_the_default_tracker_too(tmp_path: Path) -> None:
+def test_figures_are_of_the_default_tracker_too() -> None:
     recorder, _ = recorded("default", 1)
     surface = recorder.surface()
     assert surface is not None

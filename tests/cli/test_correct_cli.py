@@ -517,7 +517,7 @@ def test_what_is_lost_has_no_metres_when_it_is_bridged(go: Tell) -> None:
     assert [f"{each.ellipse.x:.3f}" for each in python] == [row["x"] for row in smooth]
 
 
-def test_doubtful_frames(go: Tell, capfd: pytest.CaptureFixture[str]) -> None:
+def test_doubtful_frames(go: Tell) -> None:
     assert go(f"track FILM --init BOX -o rows.csv {OPTIONS}")[0] == 0
     assert go(f"check FILM rows.csv --count 3 -o list.csv --sheet sheet.png {OPTIONS}")[0] == 0
     found = read_csv("list.csv")

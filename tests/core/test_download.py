@@ -39,11 +39,11 @@ class Server(BaseHTTPRequestHandler):
             self.send_header("Content-Length", str(len(body)))
         self.end_headers()
         if self.path == "/silent":
-            time.sleep(1)
+            self.connection.recv(1)  # until nobody listens
         elif self.path in ("/slow", "/endless"):
             with suppress(OSError):  # nobody reads on
-                for start in range(50):
-                    self.wfile.write(body if self.path == "/endless" else body[start : start + 1])
+                while True:
+                    self.wfile.write(body if self.path == "/endless" else body[:1])
                     time.sleep(0.02 * (self.path == "/slow"))
         else:
             self.wfile.write(body[: 7000 if self.path == "/cut" else None])

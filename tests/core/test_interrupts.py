@@ -205,7 +205,7 @@ def test_nothing_is_raised_in_imports() -> None:
     assert done == ["whole"]
 
 
-def test_a_program_that_is_imported_hears_signals(tmp_path: Path) -> None:
+def test_a_program_that_is_imported_hears_signals() -> None:
     """Only imports that have begun since count."""
     scope: dict[str, Any] = {"__name__": "importlib._bootstrap", "raised": raised, "send": send}
     exec("def call():\n    with raised():\n        send()\n        return 'unheard'", scope)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -143,14 +144,19 @@ def test_how_a_worker_has_ended_is_known(worker: Worker, number: int, words: str
 
 def test_two_threads_may_end_a_worker(worker: Worker, monkeypatch: pytest.MonkeyPatch) -> None:
     """As the listener of the studio and the end of the program do."""
+    begun: list[bool] = []
+
+    def end() -> None:
+        begun.append(True)
+        worker.end()
 
     def slowly(pipe: Connection) -> None:
-        time.sleep(0.2)
+        wait_until(lambda: len(begun) == 2)
         os.close(pipe.fileno())
 
     monkeypatch.setattr(Connection, "_close", slowly)
     with ThreadPoolExecutor(2) as threads:
-        ends = [threads.submit(worker.end) for _ in range(2)]
+        ends = [threads.submit(end) for _ in range(2)]
     assert [end.result() for end in ends] == [None, None]
 
 
@@ -206,9 +212,9 @@ def test_no_worker_outlives_its_program(
     worker, started, scratch = (tmp_path / "note").read_text().split()
     copied = int(Path(f"/proc/{worker}/stat").read_text().rpartition(")")[2].split()[1])
     assert (copied == program.pid) is (method == "spawn")
-    os.kill(int(worker), signal.SIGINT)
-    time.sleep(0.1)
-    assert runs(int(worker))
+    state = Path(f"/proc/{worker}/status").read_text()
+    (blocked,) = re.findall(r"SigBlk:\s*(\w+)", state)
+    assert int(blocked, 16) & 1 << signal.SIGINT - 1
     program.send_signal(number)
     program.wait()
     for each in (copied, int(worker), int(started)):

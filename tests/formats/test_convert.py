@@ -20,6 +20,9 @@ from motes.video.film import DamagedError, Film
 from motes.video.writer import VideoWriter
 from recordings import crowd, turning
 
+TRACK = "track film --preset mean_shift"
+"""The quickest tracker: what is made of rows does not depend on it."""
+
 
 @pytest.fixture
 def go(here: Path, capfd: pytest.CaptureFixture[str]) -> Tell:
@@ -90,7 +93,7 @@ def test_frames_of_a_film_are_counted_where_its_file_does_not_say(go: Tell) -> N
 
 def test_what_a_run_wrote_beside_its_rows_is_not_asked_for_again(go: Tell) -> None:
     film(range(5), (32, 24))
-    assert go("track film --init 8,6,10,8 --fps 10 -o run.csv")[0] == 0
+    assert go(f"{TRACK} --init 8,6,10,8 --fps 10 -o run.csv")[0] == 0
     assert go("convert run.csv run.json")[0] == 0
     document = json.loads(Path("run.json").read_text())
     assert {(each["width"], each["height"]) for each in document["images"]} == {(32, 24)}
@@ -157,8 +160,8 @@ def test_no_box_is_made_up_between_those_of_a_file(go: Tell, source: str, target
 def test_an_object_goes_on_through_what_a_stride_skips(go: Tell) -> None:
     """What is skipped is not known, and no box is read there."""
     film(range(20), (320, 240))
-    assert go("track film --init 8,6,10,8 --stride 3 -o run.csv")[0] == 0
-    assert go("track film --init 8,6,10,8 --stride 3 -o run.xml")[0] == 0
+    assert go(f"{TRACK} --init 8,6,10,8 --stride 3 -o run.csv")[0] == 0
+    assert go(f"{TRACK} --init 8,6,10,8 --stride 3 -o run.xml")[0] == 0
     assert go("convert run.csv same.xml")[0] == 0
     Path("run.csv.run.json").unlink()
     assert go("convert run.csv lone.xml --video film")[0] == 0
@@ -169,7 +172,7 @@ def test_an_object_goes_on_through_what_a_stride_skips(go: Tell) -> None:
 
 def test_two_frames_tell_no_stride_but_their_run_does(go: Tell) -> None:
     film(range(7), (320, 240))
-    assert go("track film --init 8,6,10,8 --stride 3 --end 4 -o run.csv")[0] == 0
+    assert go(f"{TRACK} --init 8,6,10,8 --stride 3 --end 4 -o run.csv")[0] == 0
     for ends, document in (([6], "known.xml"), ([1, 4], "lone.xml")):
         assert go(f"convert run.csv {document} --video film")[0] == 0
         Path("run.csv.run.json").unlink(missing_ok=True)
@@ -191,7 +194,7 @@ def test_a_track_ends_where_its_film_goes_on(
     with VideoWriter(Path("film.mkv"), 25) as writer:
         for _ in range(7):
             writer.write(np.asarray(Image.open("noise.png").convert("RGB")))
-    line = f"track {source} {options.replace('BOX', '8,6,20,16')}"
+    line = f"{TRACK} {options.replace('BOX', '8,6,20,16')}".replace("film", source)
     assert go(f"{line} -o run.xml")[0] == 0
     assert go(f"{line} -o run.csv")[0] == 0
     assert go(f"convert run.csv same.xml --video {source}")[0] == 0
@@ -202,7 +205,7 @@ def test_a_track_ends_where_its_film_goes_on(
 
 def test_frames_before_a_run_are_none_of_its_document(go: Tell) -> None:
     film(range(9))
-    assert go("track film --init 8,6,20,16 --start 4 --end 7 -o run.xml")[0] == 0
+    assert go(f"{TRACK} --init 8,6,20,16 --start 4 --end 7 -o run.xml")[0] == 0
     assert go("convert run.xml labels --video film")[0] == 0
     assert {path.stem for path in Path("labels/labels").glob("*.txt")} == {"4", "5", "6"}
 
@@ -230,8 +233,8 @@ def test_an_object_goes_on_between_images_that_were_picked(go: Tell) -> None:
 def test_two_images_of_one_name_have_no_labels(go: Tell) -> None:
     film(range(2))
     Image.open("film/1.png").save("film/1.bmp")
-    assert go("track film --init 8,6,10,8 -o run.csv")[0] == 0
-    for line in ("track film --init 8,6,10,8 -o", "convert run.csv --video film"):
+    assert go(f"{TRACK} --init 8,6,10,8 -o run.csv")[0] == 0
+    for line in (f"{TRACK} --init 8,6,10,8 -o", "convert run.csv --video film"):
         for target in ("a.yolo", "masks"):
             code, said = go(f"{line} {target}")
             assert (code, "1.bmp and 1.png have one name" in said) == (5, True), said
@@ -376,7 +379,7 @@ def test_no_advice_on_times_in_milliseconds_leads_back(go: Tell) -> None:
 
 def test_what_is_remembered_beside_other_rows_is_not_replaced_unasked(go: Tell) -> None:
     film(range(3))
-    assert go("track film --init 20,10,16,20 --preset nummiaro -o a.csv")[0] == 0
+    assert go(f"{TRACK} --init 20,10,16,20 -o a.csv")[0] == 0
     Path("b.jsonl.run.json").write_text("corrections of other rows, which were moved away")
     code, said = go("convert a.csv b.jsonl")
     assert (code, said.count("\n")) == (5, 1)
@@ -495,7 +498,7 @@ def test_errors_are_one_line(go: Tell, line: str, code: int, message: str) -> No
                                   "a.ls.json", "a.yolo", "a.gt.txt"])  # fmt: skip
 def test_track_writes_all_formats(go: Tell, name: str) -> None:
     film(range(3))
-    command = "track film --init 20,10,16,20 --preset mean_shift -o"
+    command = f"{TRACK} --init 20,10,16,20 -o"
     if name == "a.parquet":
         pytest.importorskip("pyarrow", reason="pyarrow is not installed")
     code, said = go(f"{command} {name}")
@@ -531,7 +534,7 @@ def test_files_made_of_rows_have_the_names_of_a_folders_images(go: Tell, rows: s
 def test_names_of_images_that_are_made_up_are_said(go: Tell, target: str) -> None:
     """Rows of a folder of images do not hold their names."""
     film(["b7", "b8", "b9"])
-    assert go("track film --init 5,5,20,20 --start 1 -o own.csv")[0] == 0
+    assert go(f"{TRACK} --init 5,5,20,20 --start 1 -o own.csv")[0] == 0
     code, said = go(f"convert own.csv {target}")
     assert code == 0
     assert f"are called frame_000001.png and so on in {target}; give --video FOLDER" in said
@@ -544,9 +547,8 @@ def test_names_of_images_that_are_made_up_are_said(go: Tell, target: str) -> Non
 def test_labels_belong_to_the_images_of_their_names(go: Tell, step: int) -> None:
     """The numbers in the names count from 1, or by tens; the frames are 0 to 5."""
     film(f"img_{step * (frame + 1):04d}" for frame in range(6))
-    track = "track film --fps 25 --preset mean_shift --init 20,10,16,20"
-    assert go(f"{track} -o rows.csv")[0] == 0
-    assert go(f"{track} -o a.yolo")[0] == 0
+    for name in ("rows.csv", "a.yolo"):
+        assert go(f"{TRACK} --fps 25 --init 20,10,16,20 -o {name}")[0] == 0
     last = Path(f"a.yolo/labels/img_{6 * step:04d}.txt")
     kept = last.read_text()
     last.unlink()

@@ -249,11 +249,6 @@ def test_a_value_is_wrong(name: str) -> None:
         refuse(name, text, place)
 
 
-def test_a_target_without_area_is_not_seen_in_otb() -> None:
-    found = read("otb", SAMPLES["otb"].text.replace("40.5,24", "0,24"))
-    assert [bool(row.objects) for row in found] == [True, False]
-
-
 @pytest.mark.parametrize("name", ["csv", "jsonl", "mot", "cvat", "label-studio"])
 def test_records_in_another_order_are_the_same(name: str) -> None:
     sample = SAMPLES[name]
@@ -431,16 +426,6 @@ def test_a_file_of_another_format_is_no_keyframes() -> None:
         path = written(name, SAMPLES[name].text.encode())
         with pytest.raises(InputError, match=f"holds no keyframes, but has the format {name}"):
             KeyframeOptions(keyframes=path).marks("film")
-
-
-def test_a_turned_rectangle_of_label_studio() -> None:
-    turned = SAMPLES["label-studio"].text.replace('"height": 24', '"height": 24, "rotation": 90')
-    width, height = 0.405 * 320, 0.24 * 240  # turned around its upper left corner
-    found = objects("label-studio", turned)[1].ellipse
-    assert found.x == pytest.approx(0.125 * 320 - height / 2 - 0.5)
-    assert found.y == pytest.approx(0.4 * 240 + width / 2 - 0.5)
-    assert (found.a, found.b) == pytest.approx((width / 2, height / 2))
-    assert found.theta == pytest.approx(math.pi / 2)
 
 
 def test_every_format_that_is_read_is_here() -> None:

@@ -39,7 +39,7 @@ def events(
     return [each.direction or each.event for each in found if each.place]
 
 
-def noise(amplitude: float, seed: int, frames: int = 125) -> Floats:
+def noise(amplitude: float, seed: int, frames: int = 75) -> Floats:
     """Return places around the line, as far as an amplitude in heights."""
     return 500 + HIGH * amplitude * np.random.default_rng(seed).uniform(-1, 1, frames)
 

@@ -17,13 +17,12 @@ from msgspec.structs import replace
 from motes.core.errors import ConfigError
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.geometry import Ellipse
-from motes.core.track import Status
 from motes.core.types import Floats
 from motes.cues.base import AdaptableCue
 from motes.cues.color import Color
 from motes.cues.structure_tensor import Orientation
 from motes.sot.filtering import fusion as fusions
-from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics
+from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.fusion import Fixed, Fusion, PrintedMixture
 from motes.sot.filtering.likelihood import Gaussian
 from motes.sot.filtering.model_update import ExponentialForgetting
@@ -254,26 +253,6 @@ def test_a_step_with_two_cues(fusion: PrintedMixture | Fixed, threshold: float) 
                 np.testing.assert_allclose(one, other, atol=1e-12)
     assert learned >= 4
     assert [*state.models] == [*state.backgrounds] == ["color", "orientation"]
-
-
-def test_the_rule_has_the_reliabilities_mean() -> None:
-    """Equation 13 with the mean of the cues' coefficients and of their thresholds."""
-    config = with_cues(
-        fusion=Fixed(weights={"color": 3.0, "orientation": 1.0}),
-        motion=EllipseWalk(position=0, size=0, eccentricity=0, angle=0),
-        presence=AppearanceRule(frames=1, deviations=0, max_threshold=1.0, max_positions=200),
-    )
-    picture = scene(0, (40, 30))
-    state, info = config.init(np.random.default_rng(0), picture, region((40, 30)))
-    assert 1 - info.track.distance**2 > 0.99
-    for means, there in (((0.5, 0.5), True), ((1.0, 0.9), True), ((1.0, 1.0), False)):
-        backgrounds = {
-            name: BackgroundStatistics(mean, 0.0)
-            for name, mean in zip(("color", "orientation"), means, strict=True)
-        }
-        same = replace(state, backgrounds=backgrounds, time=-0.04)
-        _, info = config.step(np.random.default_rng(0), same, picture)
-        assert (info.track.status is Status.TRACKING) is there
 
 
 def test_names_of_no_cue_in_use_are_refused() -> None:

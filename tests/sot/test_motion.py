@@ -180,15 +180,6 @@ def test_noise_of_the_paper(frames: float) -> None:
     assert np.abs((z**4).mean(axis=0) - 3).max() < 0.15
 
 
-def test_size_changes_keep_the_shape() -> None:
-    model = EllipseWalk(position=0, size=0.2, eccentricity=0, angle=0)
-    states = model.initial(np.tile(np.array(FIRST), (500, 1)))
-    out = model.ellipses(model.propagate(np.random.default_rng(0), states, FRAME_INTERVAL, FIRST))
-    np.testing.assert_allclose(out[:, 2] / out[:, 3], FIRST.a / FIRST.b)
-    np.testing.assert_allclose(out[:, [0, 1, 4]], [[500, 400, 0.1]] * 500)
-    assert out[:, 2].std() > 5
-
-
 def test_a_circle_grows_and_shrinks_alike_in_both_directions() -> None:
     """The eccentricity is reflected at 0 and stays below 1: half-axes differ tenfold at most."""
     model = EllipseWalk(eccentricity=0.3)

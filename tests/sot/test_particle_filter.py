@@ -219,19 +219,6 @@ def begun(**changes: Any) -> tuple[ParticleFilter, FilterState]:
     return config, state
 
 
-def test_without_selection_weights_accumulate() -> None:
-    config, state = begun(resampling=Multinomial(threshold=0.0))
-    expected = state.weights.log
-    rng = np.random.default_rng(0)
-    for index in range(1, 5):
-        picture = scene(index, (40, 30))
-        state, info = config.step(rng, state, picture)
-        distances = config.cues["color"].distances(info.models["color"], picture, info.ellipses)
-        expected = expected + config.likelihood.log(["color"], distances[None])[0]
-    np.testing.assert_allclose(state.weights.log, expected)
-    np.testing.assert_allclose(info.weights, np.exp(expected) / np.exp(expected).sum())
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("scheme", RESAMPLINGS.known())
 def test_a_search_keeps_a_fair_half(scheme: Any) -> None:

@@ -22,8 +22,6 @@ from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian
 from motes.sot.filtering.resampling import RESAMPLINGS, KldSampling, Multinomial, Weights
 from motes.sot.particle_filter import ParticleFilter
-from motes.sot.presets import PRESETS
-from oracles import region, scene
 
 NAMES = RESAMPLINGS.known()
 scheme = pytest.mark.parametrize("name", NAMES)
@@ -265,26 +263,6 @@ def test_the_weight_of_zhao_and_pei(d: Floats, rate: float) -> None:
     for row, log in zip(d, found, strict=True):
         weights = np.exp(-rate * row)
         np.testing.assert_allclose(Weights.from_log(log).values, weights / weights.sum())
-
-
-def test_the_weights_of_a_step() -> None:
-    """What ng_delp makes of the distances of both cues."""
-    config = PRESETS["ng_delp"]
-    assert isinstance(config, ParticleFilter)
-    tracker = Tracker(config, 3)
-    tracker.init(scene(0, (30, 36)), region((30, 36)))
-    for index in (1, 2):
-        picture = scene(index, (30 + index, 36))
-        tracker.update(picture)
-        info = tracker.info
-        total = np.ones(config.particles)
-        for name, cue in config.cues.items():
-            d = cue.distances(info.models[name], picture, info.ellipses)
-            sigma = d.min() / math.sqrt(2)
-            assert isinstance(config.likelihood, BestParticle)
-            total *= np.exp(-(d**2) / (2 * sigma**2)) + config.likelihood.epsilon
-        np.testing.assert_allclose(info.weights, total / total.sum(), rtol=1e-9)
-        assert info.cue_weights == {"color": 0.5, "edges": 0.5}
 
 
 def test_a_lost_target_gets_more_particles() -> None:

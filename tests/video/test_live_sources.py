@@ -255,7 +255,7 @@ def test_a_recording_waits(monkeypatch: pytest.MonkeyPatch) -> None:
         assert [frame.index for frame in frames] == list(range(5))
 
 
-def test_errors_come_after_the_frames(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_errors_come_after_the_frames() -> None:
     film = Film(realtime=False, error=SourceError("broken"))
     with reading(film) as frames:
         film.give(2)
@@ -306,15 +306,18 @@ def test_a_pipe_gives_the_pictures_of_the_file(tmp_path: Path, ending: str) -> N
 def test_an_interrupt_ends_the_opening_of_a_silent_pipe(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    def threads() -> list[threading.Thread]:
+        return [each for each in threading.enumerate() if "ThreadPool" in each.name]
+
     def interrupted(*_: object) -> object:
-        time.sleep(0.1)
+        wait_until(threads)
         raise KeyboardInterrupt
 
     with sent(b"G", tmp_path) as (name, _):
         monkeypatch.setattr("concurrent.futures.Future.result", interrupted)
         with pytest.raises(KeyboardInterrupt):
             open_source(name)
-    assert not [each for each in threading.enumerate() if "ThreadPool" in each.name]
+    assert not threads()
 
 
 def test_the_end_ends_who_waits() -> None:

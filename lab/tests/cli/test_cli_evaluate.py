@@ -58,7 +58,7 @@ def whole(home: Path) -> str:
 
 
 @pytest.mark.slow
-def test_results(whole: str, go: Go) -> None:
+def test_results(whole: str) -> None:
     rows = table(whole)
     assert tuple(rows[0]) == COLUMNS
     names = [tuple(row[name] for name in COLUMNS[:5]) for row in rows]
