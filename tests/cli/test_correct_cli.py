@@ -152,6 +152,14 @@ def test_of_several_objects_one_is_taken(go: Tell) -> None:
     for ending in ("list", "smooth"):
         several, alone = (Path(f"{name}.csv.{ending}.csv") for name in ("many", "one"))
         assert several.read_text() == alone.read_text()
+    for number, message in (
+        (-1, "odd.csv has no object -1; it has 2."),
+        (-5, "odd.csv has the id -5; identities count from 0, and -1 is none: correct"),
+    ):
+        Path("odd.csv").write_text(Path("many.csv").read_text().replace(",1,,", f",{number},,"))
+        for line in ("refine FILM odd.csv --at 2=BOX", "check FILM odd.csv", "smooth odd.csv -o s"):
+            code, said = go(f"{line} --identity {number}")
+            assert (code, message in said, len(said.splitlines())) == (3, True, 1), said
     Path("many.csv.run.json").unlink()
     assert go("refine FILM many.csv --identity 2 --at 2=BOX")[0] == 0
     known = History.load(Path("many.csv.run.json"))

@@ -76,13 +76,18 @@ class KnownRows:
         if not len(table):
             raise InputError(f"{path} has no rows; give a file of motes track that has some.")
         identities = sorted({*table["id"].tolist()})
+        if identities[0] < -1:
+            raise InputError(
+                f"{path} has the id {identities[0]}; identities count from 0, and -1 is none: "
+                f"correct that column."
+            )
+        named = [each for each in identities if each >= 0]
         if identity is None and len(identities) > 1:
             raise InputError(
-                f"{path} has {len(identities)} objects; choose one, as with --identity "
-                f"{identities[0]}."
+                f"{path} has {len(identities)} objects; choose one, as with --identity {named[0]}."
             )
-        if identity not in (None, *identities):
-            known = ", ".join(map(str, identities[:20]))
+        if identity not in (None, *named):
+            known = ", ".join(map(str, named[:20])) or "none with an identity"
             raise InputError(f"{path} has no object {identity}; it has {known}.")
         self.identity = identities[0] if identity is None else identity
         self.several = len(identities) > 1
