@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -191,6 +193,38 @@ def test_objects_are_drawn_with_their_names_lines_and_speeds(
     assert any("line 1" in text for text in said)
     assert any("'5.00 m/s'" in text.replace("{1: ", "") for text in said)
     assert not any("-1" in text for text in said)
+
+
+def test_the_speed_of_one_of_several_is_drawn_when_it_was(
+    go: Tell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A box gets ever faster; where the edge cuts it, it has the speed of before."""
+    said = list[Mapping[int, str]]()
+
+    def heard(pixels: np.ndarray, *others: Any) -> np.ndarray:
+        said.append(others[-1])
+        return pixels
+
+    monkeypatch.setattr("motes.output.painters.draw_scene", heard)
+    lines = ["frame,time,id,left,top,width,height,confidence,status"]
+    for index in range(FRAMES):
+        left, time = 50 + 0.08 * index**2, f"{index / 25:.6f}"
+        lines.append(f"{index},{time},1,{left:.3f},20,{min(20, 119 - left):.3f},20,0.9,tracking")
+        lines.append(f"{index},{time},2,90,2,9,12,0.9,tracking")
+    Path("plain.csv").write_text("\n".join(lines) + "\n")
+    assert go("convert plain.csv metres.csv --scale 1")[0] == 0
+    true, cut = 0.16 * 25 * np.arange(FRAMES), 24  # from there on less than a pixel is beside it
+    for line in ("plain.csv --scale 1", "metres.csv"):
+        said.clear()
+        assert go(f"draw film.mkv {line} -o drawn.mkv --overwrite")[0] == 0
+        other, speeds = ([float(each[name].split()[0]) for each in said] for name in (2, 1))
+        np.testing.assert_allclose(other, 0, atol=1e-9)
+        np.testing.assert_allclose(speeds[8 : cut - 8], true[8 : cut - 8], rtol=0.02)
+        assert len({*speeds[cut:]}) == 1
+        assert speeds[-1] == pytest.approx(true[cut], rel=0.2)
+    code, said_too = go("draw film.mkv metres.csv -o drawn.mkv --overwrite --scale 9")
+    message = "--scale is for rows without metres, and metres.csv has them; omit it."
+    assert (code, message in said_too) == (2, True), said_too
 
 
 @pytest.fixture(scope="module")
