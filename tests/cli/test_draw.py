@@ -195,6 +195,23 @@ def test_objects_are_drawn_with_their_names_lines_and_speeds(
     assert not any("-1" in text for text in said)
 
 
+def test_speeds_of_rows_without_times_are_by_those_of_the_film(
+    go: Tell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A film's frames come half as often from its middle on, as of a phone in the dark."""
+    times = np.cumsum([0.0] + [0.04] * 14 + [0.08] * 15)
+    with VideoWriter("dark.mkv", 25) as writer:
+        for time in times:
+            writer.write(np.full((60, 120, 3), 90, np.uint8), float(time))
+    boxes = (f"{n + 1},1,{20 + 50 * time:.2f},20,9,9,1\n" for n, time in enumerate(times))
+    Path("rows.txt").write_text("".join(boxes))
+    said = list[str]()
+    paint = "motes.output.overlay._draw_label"
+    monkeypatch.setattr(paint, lambda image, text, *_: said.append(text))
+    assert go("draw dark.mkv rows.txt -o drawn.mkv --scale 10")[0] == 0
+    np.testing.assert_allclose([float(text.split()[-2]) for text in said], 5, rtol=0.01)
+
+
 def test_the_speed_of_one_of_several_is_drawn_when_it_was(
     go: Tell, monkeypatch: pytest.MonkeyPatch
 ) -> None:

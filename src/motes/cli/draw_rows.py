@@ -76,29 +76,30 @@ def rows_in(
         If it cannot be read, or is of another film than that of `source`, which is open.
     """
     form = form or registry.recognized(path)
+    read = None if film.even_rate else Film.quickly(source)
     facts = FilmFacts(
-        source=film.name, width=film.width, height=film.height, fps=film.fps, files=film.files
-    )
+        source=film.name, width=film.width, height=film.height, fps=film.fps, files=film.files,
+        times=() if read is None else read.times,
+    )  # fmt: skip
     rows = {row.frame: row for row in registry.read(path, form, facts)}
     identities = {each.identity for row in rows.values() for each in row.objects}
     alone = len(identities) == 1 and ANONYMOUS not in identities
     watched = known is not None and known.places is not None
     single = registry.FORMATS.resolve(form).single or (alone and not watched)
     given = Given(path, rows, single, form in ("csv", "jsonl", "parquet", "journal"))
-    if film.even_rate:
+    if read is None:
         for frame in rows:
             _check_time(given, film, frame, facts.time(frame))
     else:
-        _check_film(given, film, source)
+        _check_film(given, film, source, read)
     return given
 
 
-def _check_film(given: Given, film: Source, source: str) -> None:
+def _check_film(given: Given, film: Source, source: str, read: Film) -> None:
     """Raise an InputError if rows are not of a film with times of its own.
 
     They are those of its packets; where damage may have changed them, it is decoded.
     """
-    read = Film.quickly(source)
     try:
         _check_times(given, film, read.times)
     except InputError:
