@@ -253,6 +253,16 @@ def test_others_are_drawn_in_frames_without_the_corrected_object(go: Tell) -> No
     assert (code, f"{FRAMES} frames" in said) == (0, True), said
 
 
+def test_lines_end_as_those_of_the_file(go: Tell) -> None:
+    """As of one that a program on Windows has written."""
+    assert go(f"track FILM {TWO} -o many.csv {OPTIONS} --end 4")[0] == 0
+    path = Path("many.csv")
+    path.write_bytes(path.read_bytes().replace(b"\n", b"\r\n"))
+    for line in ("--at 2=BOX", "--absent 3"):
+        assert go(f"refine FILM many.csv --identity 2 {line}")[0] == 0
+        assert path.read_bytes().count(b"\n") == path.read_bytes().count(b"\r\n") == 1 + 2 * 4
+
+
 def test_other_objects_keep_their_names_and_their_metres(go: Tell) -> None:
     """Their fields stay as they are, and only new columns come between."""
     assert go(f"track FILM {TWO} -o many.csv {OPTIONS} --scale 10")[0] == 0

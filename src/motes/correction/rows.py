@@ -101,6 +101,7 @@ class KnownRows:
             raise InputError(
                 f"{path} has a frame twice, out of order, or below 0; correct its first column."
             )
+        self._end = "\r\n" if text.partition("\n")[0].endswith("\r") else "\n"
         lines = [f"{each}\n" for each in lines_of(text)]
         self._head = lines[: self._form == "csv"]
         kept = [text for text in lines[len(self._head) :] if text.strip()]
@@ -205,6 +206,8 @@ class KnownRows:
     def replace(self, tracks: Iterable[Track], units: RealUnits | None = None) -> None:
         """Replace the rows of these frames, or add them; all others stay to the byte.
 
+        New ones end as the file's first line does, which another program may have written.
+
         Rows without the columns of hindsight get them: the others, and other objects, are then
         empty there.
 
@@ -222,16 +225,17 @@ class KnownRows:
         columns = (*usual, *(name for name in self.columns if name not in usual))
         if columns != self.columns:
             before, self.columns, new = self.columns, columns, known
-            self._head = [f"{text}\n" for text in head(self._form, columns)]
+            self._head = [text + self._end for text in head(self._form, columns)]
             for key, text in self._lines.items():
                 if key[1] != self.identity:
-                    self._lines[key] = widened(text, self._form, before, columns)
+                    self._lines[key] = widened(text, self._form, before, columns) + self._end
         places = motion_in_hindsight(units, map(as_read, self.tracks))
         for track, place in zip(self.tracks, places, strict=True):
             if track.frame in new:
                 row = self.row(track, place)
                 values = row.values(row.objects[0], columns[len(COLUMNS) :])
-                self._lines[track.frame, self.identity] = line(self._form, columns, values) + "\n"
+                made = line(self._form, columns, values)
+                self._lines[track.frame, self.identity] = made + self._end
 
     def check_unchanged(self, path: Path) -> None:
         """Raise a FormatError if a file is that of these rows, and not as it was when it was read.
@@ -271,7 +275,7 @@ def widened(text: str, form: Form, before: Sequence[str], columns: Sequence[str]
     Parameters
     ----------
     text
-        The line, with its end.
+        The line; its end is left out.
     form
         The form of the rows.
     before, columns
@@ -281,11 +285,11 @@ def widened(text: str, form: Form, before: Sequence[str], columns: Sequence[str]
         values = msgspec.json.decode(text, type=dict[str, msgspec.Raw])
         fields = [bytes(values.get(name, b"null")).decode() for name in columns]
         pairs = zip(columns, fields, strict=True)
-        return "{" + ", ".join(f'"{name}": {field}' for name, field in pairs) + "}\n"
+        return "{" + ", ".join(f'"{name}": {field}' for name, field in pairs) + "}"
     (row,) = csv.reader([text])
     known = dict(zip(before, row, strict=True))
     made = io.StringIO()
-    csv.writer(made, lineterminator="\n").writerow(known.get(name, "") for name in columns)
+    csv.writer(made, lineterminator="").writerow(known.get(name, "") for name in columns)
     return made.getvalue()
 
 
