@@ -670,7 +670,12 @@ def test_a_frame_of_a_crowd_or_skeletons_alone_is_no_empty_example(go: Tell) -> 
     bones = '<skeleton label="car" frame="{}"/>'
     box = '<box frame="0" xtl="9" ytl="9" xbr="29" ybr="29"/>'
     parts = box + bones.format(0), bones.format(1), '<cuboid frame="2" outside="0"/>'
-    tracks = [f'<track id="{i}" label="car">{part}</track>' for i, part in enumerate(parts)]
+    end = box.replace("<box", '<box outside="1"')
+    ends = [end.replace('frame="0"', f'frame="{i + 1}"') for i in range(3)]
+    tracks = [
+        f'<track id="{i}" label="car">{part}{end}</track>'
+        for i, (part, end) in enumerate(zip(parts, ends, strict=True))
+    ]
     size = "<original_size><width>99</width><height>99</height></original_size>"
     task = f"<meta><task><size>4</size>{size}</task></meta>"
     Path("tracks.xml").write_text(f"<annotations>{task}{''.join(tracks)}</annotations>")
