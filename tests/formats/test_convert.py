@@ -314,6 +314,18 @@ def test_a_frame_rate_that_is_assumed_is_said_once(go: Tell) -> None:
     assert float(last["time"]) == pytest.approx(int(last["frame"]) / 10)
 
 
+@pytest.mark.parametrize("name", ["gt/gt.txt", "det/det.txt", "results.txt"])
+def test_the_rate_of_a_seqinfo_is_that_of_the_rows_beside_it(go: Tell, name: str) -> None:
+    Path("gt").mkdir()
+    Path("det").mkdir()
+    Path("seqinfo.ini").write_text("[Sequence]\nframeRate=10\n")
+    Path(name).write_text("1,1,9,9,9,9,1,-1,-1,-1\n3,1,9,9,9,9,1,-1,-1,-1\n")
+    for fps, expected in (("", 0.2), (" --fps 20", 0.1)):
+        code, said = go(f"convert {name} rows.csv --overwrite{fps}")
+        assert (code, "assumed" in said) == (0, False), said
+        assert float(read_csv("rows.csv")[-1]["time"]) == expected
+
+
 VARYING = [0.0, 0.02, 0.04, 0.1, 0.16, 0.18]
 
 
