@@ -489,6 +489,10 @@ def test_what_is_not_clear_is_refused(made: Any, reason: str, tmp_path: Path) ->
         ('[{"image_id": 1, "category_id": 1, "bbox": [1, 2, 3, 4]}]', "list of results of COCO"),
         ("frame,id,left,top,width,height\r0,1,1,2,3,4\r", "new-line character"),
         ('{"info": {}, "categories": {}, "items": [{"id": "a"}]}', "dataset of Datumaro"),
+        ('{"version": "5.0.1", "shapes": [{"points": [[1, 2], [3, 4]]}]}', "picture of labelme"),
+        (" ,Area,X,Y,Slice\n1,10,1,2,1\n", "columns are , Area, X, Y, Slice; those of boxes are"),
+        ("\ufeff", "a.json: it is empty; make the file anew"),
+        ("\n\n", "a.json: it is empty; make the file anew"),
     ],
 )
 def test_files_that_are_not_read_are_named(text: str, reason: str, tmp_path: Path) -> None:

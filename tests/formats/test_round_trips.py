@@ -263,7 +263,7 @@ def test_a_file_of_keyframes(tmp_path: Path) -> None:
         ("a.csv", "frame,id,x,y,a,b,theta\n", "csv"),
         ("a.csv", "film,frame,region\n", "keyframes"),
         ("a.csv", "7,absent\n", "keyframes"),
-        ("a.csv", "frame,color\n", None),
+        ("a.csv", "frame color\n", None),
     ],
 )
 def test_recognition(file: str, text: str, name: str | None, tmp_path: Path) -> None:

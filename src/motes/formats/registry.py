@@ -254,6 +254,8 @@ def _of_text(head: bytes, path: Path) -> str | None:
         raise ValueError("it is no text, or one in UTF-16; save it as UTF-8")
     text = head.decode("utf-8-sig", errors="replace").lstrip()
     first = text.partition("\n")[0].strip()
+    if not first:
+        raise ValueError("it is empty; make the file anew")
     if text.startswith("[") and _RESULT.search(text) and not _TASK.search(text):
         raise ValueError(
             "it is a list of results of COCO, without the images and the names of classes; put it "
@@ -265,6 +267,8 @@ def _of_text(head: bytes, path: Path) -> str | None:
     }  # fmt: skip
     if text.startswith("{") and '"items"' in text and '"images"' not in text:
         raise ValueError("it is a dataset of Datumaro, which is not read; export it as COCO")
+    if text.startswith("{") and '"shapes"' in text and '"images"' not in text:
+        raise ValueError("it is a picture of labelme, which is not read; convert them to COCO")
     found = next((form for mark, form in marks.items() if text.startswith(mark)), None)
     if found is not None:
         return "jsonl" if found == "coco" and _is_row(first) else found
@@ -279,7 +283,13 @@ def _of_text(head: bytes, path: Path) -> str | None:
     for mark in ";\t":
         if "frame" in next(csv.reader([first], delimiter=mark), []):
             raise ValueError(SEPARATED.format(mark))
-    return _of_numbers(first, path)
+    found = _of_numbers(first, path)
+    if found is None and any(each[:1].isalpha() for each in titles[1:]):
+        raise ValueError(
+            f"its columns are {', '.join(titles)[:80]}; those of boxes are called frame, "
+            f"{', '.join(BOX)}"
+        )
+    return found
 
 
 def _is_row(line: str) -> bool:
