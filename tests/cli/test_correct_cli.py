@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import itertools
 import json
+import os
 import shutil
 import sys
 from collections.abc import Iterator
@@ -251,6 +252,19 @@ def test_others_are_drawn_in_frames_without_the_corrected_object(go: Tell) -> No
     assert go("refine FILM many.csv --identity 2 --at 7=BOX")[0] == 0
     code, said = go("draw FILM many.csv -o drawn.mkv")
     assert (code, f"{FRAMES} frames" in said) == (0, True), said
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
+def test_nothing_is_remembered_beside_a_pipe(go: Tell, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As beside /dev/stdout, whose lines would be counted by waiting for what one wrote oneself."""
+    assert go(f"track FILM --init BOX -o rows.csv {OPTIONS} --end 3")[0] == 0
+    os.mkfifo("pipe.csv")
+    monkeypatch.setattr("motes.correction.history.line_count", lambda _: 4)
+    with open(os.open("pipe.csv", os.O_RDWR), "rb", buffering=0) as reader:
+        for line in ("convert rows.csv pipe.csv", "smooth rows.csv -o pipe.csv"):
+            assert go(line)[0] == 0
+            assert reader.read(1 << 16).startswith(b"frame,time,id,")
+    assert not Path("pipe.csv.run.json").exists()
 
 
 def test_lines_end_as_those_of_the_file(go: Tell) -> None:
