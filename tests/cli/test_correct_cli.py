@@ -64,6 +64,8 @@ def bad(film: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
         "below": f"-1{good[1:]}",
         "untimed": good.replace("0,0", "0,nan", 1),
         "status": good.replace("tracking", "flying"),
+        "degrees": good.replace(",0,1,,", ",30,1,,"),
+        "percent": good.replace(",0,1,,", ",0,97,,"),
     }.items():
         (folder / f"{name}.csv").write_text(",".join(COLUMNS) + "\n" + text)
     (folder / "objects.csv").write_text("frame,time,id,x,y\n0,0,1,2,3\n")
@@ -603,6 +605,8 @@ def test_doubtful_frames(go: Tell) -> None:
         ("track FILM --at 3=BOX --start 5 --end 3", 2, "No frame is from 5 to 3"),
         ("track FILM --at 3=BOX --absent 0:9999999", 2, "are more than 1000000"),
         ("smooth status.csv -o a.csv", 3, "status.csv has the status 'flying' in frame 0"),
+        ("check FILM degrees.csv", 3, "degrees.csv: theta begins with 30; it is in radians, and"),
+        ("smooth percent.csv -o a.csv", 3, "percent.csv has the confidence 97 in frame 0, which"),
     ],
 )
 def test_bad_input_is_one_line(

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 
 from motes.core.errors import ConfigError, FormatError, InputError
 from motes.core.files import lines_of, read_text, same_file, write_whole, writing
-from motes.core.geometry import Ellipse
+from motes.core.geometry import Ellipse, check_angle
 from motes.core.track import COLUMNS, DEVIATIONS, ELLIPSE, GROUND, Status, Track
 from motes.mot.analytics.real_units import Columns, RealUnits, motion_in_hindsight
 from motes.rows.reader import table_of
@@ -96,6 +96,10 @@ class KnownRows:
         self.tracks = [
             _track(path, dict(zip(self.columns, row.tolist(), strict=True))) for row in table[mine]
         ]
+        try:
+            check_angle(next((each.ellipse.theta for each in self.tracks if each.placed), 0.0))
+        except ConfigError as error:
+            raise InputError(f"{path}: {error}; correct that column.") from None
         frames = [track.frame for track in self.tracks]
         if frames != sorted(set(frames)) or frames[0] < 0:
             raise InputError(
@@ -326,6 +330,11 @@ def _track(path: Path, row: dict[str, float | int | str]) -> Track:
         raise InputError(
             f"{path} has {number[huge[0]]:g} as {huge[0]} in frame {row['frame']}; correct that "
             f"row."
+        )
+    if number["confidence"] < 0 or number["confidence"] > 1:
+        raise InputError(
+            f"{path} has the confidence {number['confidence']:g} in frame {row['frame']}, which is "
+            f"a probability, 0 to 1; correct that column."
         )
     ellipse = Ellipse(*(number[name] for name in ELLIPSE))
     placed = all(map(math.isfinite, ellipse)) and min(ellipse.a, ellipse.b) >= LEAST_HALF
