@@ -212,6 +212,14 @@ def test_speeds_of_rows_without_times_are_by_those_of_the_film(
     np.testing.assert_allclose([float(text.split()[-2]) for text in said], 5, rtol=0.01)
 
 
+def test_a_box_smaller_than_a_pixel_is_drawn(go: Tell) -> None:
+    Path("rows.csv").write_text(
+        "frame,id,left,top,width,height\n0,1,7.6,8.6,0.3,0.3\n0,2,20,20,9,9\n"
+    )
+    code, said = go("draw film.mkv rows.csv -o drawn.mkv")
+    assert (code, f"{FRAMES} frames; wrote drawn.mkv" in said) == (0, True), said
+
+
 def test_the_speed_of_one_of_several_is_drawn_when_it_was(
     go: Tell, monkeypatch: pytest.MonkeyPatch
 ) -> None:
