@@ -501,6 +501,12 @@ def test_files_that_are_not_read_are_named(text: str, reason: str, tmp_path: Pat
         registry.recognized(tmp_path / "a.json")
 
 
+def test_shares_of_the_picture_are_not_taken_for_pixels(tmp_path: Path) -> None:
+    path = coco(tmp_path, ["1.png"], bbox=[0.4, 0.5, 0.2, 0.25])
+    with pytest.raises(SourceError, match="all of its boxes within a pixel, as shares"):
+        registry.read(path, "coco", FILM)
+
+
 @pytest.mark.parametrize("identity", [0, -1])
 def test_identities_of_coco_are_kept(identity: int, tmp_path: Path) -> None:
     path = coco(tmp_path, ["1.png"], attributes={"track_id": identity})

@@ -377,6 +377,12 @@ def read(path: Path, name: str, facts: FilmFacts) -> Recording:
         raise SourceError(
             f"{path} is damaged, or not of the format {name}: {error}; {ADVICE}"
         ) from None
+    boxes = (each.box for row in recorded for each in row.objects if each.placed)
+    if (first := next(boxes, None)) and all(max(box) <= 1 for box in (first, *boxes)):
+        raise SourceError(
+            f"{path} has all of its boxes within a pixel, as shares of the picture are; give them "
+            f"in pixels."
+        )
     return recorded
 
 
