@@ -263,7 +263,7 @@ def test_a_file_of_keyframes(tmp_path: Path) -> None:
         ("a.csv", "frame,id,x,y,a,b,theta\n", "csv"),
         ("a.csv", "film,frame,region\n", "keyframes"),
         ("a.csv", "7,absent\n", "keyframes"),
-        ("a.csv", "frame color\n", None),
+        ("a.csv", "frame,color\n", None),
     ],
 )
 def test_recognition(file: str, text: str, name: str | None, tmp_path: Path) -> None:
@@ -274,6 +274,13 @@ def test_recognition(file: str, text: str, name: str | None, tmp_path: Path) -> 
         return
     with pytest.raises(SourceError, match="is not clear; name it: csv, jsonl"):
         registry.recognized(path)
+
+
+def test_titles_may_have_spaces_between_them(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("frame, left, top, width, height\n3, 20, 21, 8, 9\n")
+    (row,) = registry.read(path, registry.recognized(path), FilmFacts())
+    assert (row.frame, row.objects[0].box) == (3, (20, 21, 8, 9))
 
 
 @pytest.mark.parametrize(

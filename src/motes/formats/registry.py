@@ -272,7 +272,7 @@ def _of_text(head: bytes, path: Path) -> str | None:
     found = next((form for mark, form in marks.items() if text.startswith(mark)), None)
     if found is not None:
         return "jsonl" if found == "coco" and _is_row(first) else found
-    titles = next(csv.reader([first]), [])
+    titles = [title.strip() for title in next(csv.reader([first]), [])]
     if titles[:1] == ["film"] or titles[:5] == ["frame", "x", "y", "width", "height"]:
         return "keyframes"
     if titles == ["frame", *ELLIPSE]:
@@ -284,7 +284,7 @@ def _of_text(head: bytes, path: Path) -> str | None:
         if "frame" in next(csv.reader([first], delimiter=mark), []):
             raise ValueError(SEPARATED.format(mark))
     found = _of_numbers(first, path)
-    if found is None and any(each[:1].isalpha() for each in titles[1:]):
+    if found is None and any(each[:1].isalpha() for each in titles[2:]):
         raise ValueError(
             f"its columns are {', '.join(titles)[:80]}; those of boxes are called frame, "
             f"{', '.join(BOX)}"
