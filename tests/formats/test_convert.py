@@ -197,7 +197,11 @@ def test_a_track_ends_where_its_film_goes_on(
     line = f"{TRACK} {options.replace('BOX', '8,6,20,16')}".replace("film", source)
     assert go(f"{line} -o run.xml")[0] == 0
     assert go(f"{line} -o run.csv")[0] == 0
-    assert go(f"convert run.csv same.xml --video {source}")[0] == 0
+    code, said = go("convert run.csv open.xml")
+    cut = options == "--init BOX --end 4"  # keyframes tell how many frames they have read
+    assert (code, "stays to the end of the task; give --video" in said) == (0, cut), said
+    code, said = go(f"convert run.csv same.xml --video {source}")
+    assert (code, "stays to the end of the task" in said) == (0, False), said
     for document in ("run.xml", "same.xml"):
         boxes = ElementTree.parse(document).findall("track/box")
         assert [int(box.attrib["frame"]) for box in boxes if box.get("outside") == "1"] == ends
