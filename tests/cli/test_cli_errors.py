@@ -47,6 +47,7 @@ def go(film: Path, here: Path, capfd: pytest.CaptureFixture[str]) -> Tell:
         ("track film.mkv --video seen.mp4", "--overlay draws a film of tracks, -o writes rows"),
         ("watch film.mkv --save seen.mp4", "There is no option --save; --overlay draws a film"),
         ("track film.mkv --out-video=seen.mp4", "There is no option --out-video; --overlay"),
+        ("convert rows.csv - --to mot", "- is no file; for standard input"),
         ("check film.mkv rows.csv -o -", "-o does not take -; see motes check --help"),
         ("track film.mkv --start", "--start needs a value; see motes track --help"),
         ("track film.mkv --particles", "a key of the configuration; write --set particles="),
@@ -61,7 +62,8 @@ def go(film: Path, here: Path, capfd: pytest.CaptureFixture[str]) -> Tell:
         ("track film.mkv --preset nummiaro --set motion=3", "motion: got 3; it takes keys."),
         ("track film.mkv --set motion.noise.size=1", "no key 'motion'; preset nummiaro has it."),
         ("watch film.mkv --set detectr.history=3", "did you mean 'detector'?"),
-        ("watch -", "for standard input give /dev/stdin."),
+        ("batch film.mkv film.mkv --do watch -o r", "film.mkv; quote a pattern, as 'films/*.mp4'"),
+        ("watch -", "for standard input give /dev/stdin, for output /dev/stdout."),
     ],
 )
 def test_unknown_options_are_named(go: Tell, line: str, said: str) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import itertools
 import json
+import os
 import shutil
 import sys
 from collections.abc import Iterator
@@ -63,6 +64,8 @@ def bad(film: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
         "below": f"-1{good[1:]}",
         "untimed": good.replace("0,0", "0,nan", 1),
         "status": good.replace("tracking", "flying"),
+        "degrees": good.replace(",0,1,,", ",30,1,,"),
+        "percent": good.replace(",0,1,,", ",0,97,,"),
     }.items():
         (folder / f"{name}.csv").write_text(",".join(COLUMNS) + "\n" + text)
     (folder / "objects.csv").write_text("frame,time,id,x,y\n0,0,1,2,3\n")
@@ -152,6 +155,14 @@ def test_of_several_objects_one_is_taken(go: Tell) -> None:
     for ending in ("list", "smooth"):
         several, alone = (Path(f"{name}.csv.{ending}.csv") for name in ("many", "one"))
         assert several.read_text() == alone.read_text()
+    for number, message in (
+        (-1, "odd.csv has no object -1; it has 2."),
+        (-5, "odd.csv has the id -5; identities count from 0, and -1 is none: correct"),
+    ):
+        Path("odd.csv").write_text(Path("many.csv").read_text().replace(",1,,", f",{number},,"))
+        for line in ("refine FILM odd.csv --at 2=BOX", "check FILM odd.csv", "smooth odd.csv -o s"):
+            code, said = go(f"{line} --identity {number}")
+            assert (code, message in said, len(said.splitlines())) == (3, True, 1), said
     Path("many.csv.run.json").unlink()
     assert go("refine FILM many.csv --identity 2 --at 2=BOX")[0] == 0
     known = History.load(Path("many.csv.run.json"))
@@ -243,6 +254,29 @@ def test_others_are_drawn_in_frames_without_the_corrected_object(go: Tell) -> No
     assert go("refine FILM many.csv --identity 2 --at 7=BOX")[0] == 0
     code, said = go("draw FILM many.csv -o drawn.mkv")
     assert (code, f"{FRAMES} frames" in said) == (0, True), said
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
+def test_nothing_is_remembered_beside_a_pipe(go: Tell, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As beside /dev/stdout, whose lines would be counted by waiting for what one wrote oneself."""
+    assert go(f"track FILM --init BOX -o rows.csv {OPTIONS} --end 3")[0] == 0
+    os.mkfifo("pipe.csv")
+    monkeypatch.setattr("motes.correction.history.line_count", lambda _: 4)
+    with open(os.open("pipe.csv", os.O_RDWR), "rb", buffering=0) as reader:
+        for line in ("convert rows.csv pipe.csv", "smooth rows.csv -o pipe.csv"):
+            assert go(line)[0] == 0
+            assert reader.read(1 << 16).startswith(b"frame,time,id,")
+    assert not Path("pipe.csv.run.json").exists()
+
+
+def test_lines_end_as_those_of_the_file(go: Tell) -> None:
+    """As of one that a program on Windows has written."""
+    assert go(f"track FILM {TWO} -o many.csv {OPTIONS} --end 4")[0] == 0
+    path = Path("many.csv")
+    path.write_bytes(path.read_bytes().replace(b"\n", b"\r\n"))
+    for line in ("--at 2=BOX", "--absent 3"):
+        assert go(f"refine FILM many.csv --identity 2 {line}")[0] == 0
+        assert path.read_bytes().count(b"\n") == path.read_bytes().count(b"\r\n") == 1 + 2 * 4
 
 
 def test_other_objects_keep_their_names_and_their_metres(go: Tell) -> None:
@@ -571,6 +605,8 @@ def test_doubtful_frames(go: Tell) -> None:
         ("track FILM --at 3=BOX --start 5 --end 3", 2, "No frame is from 5 to 3"),
         ("track FILM --at 3=BOX --absent 0:9999999", 2, "are more than 1000000"),
         ("smooth status.csv -o a.csv", 3, "status.csv has the status 'flying' in frame 0"),
+        ("check FILM degrees.csv", 3, "degrees.csv: theta begins with 30; it is in radians, and"),
+        ("smooth percent.csv -o a.csv", 3, "percent.csv has the confidence 97 in frame 0, which"),
     ],
 )
 def test_bad_input_is_one_line(

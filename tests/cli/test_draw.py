@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -191,6 +193,63 @@ def test_objects_are_drawn_with_their_names_lines_and_speeds(
     assert any("line 1" in text for text in said)
     assert any("'5.00 m/s'" in text.replace("{1: ", "") for text in said)
     assert not any("-1" in text for text in said)
+
+
+def test_speeds_of_rows_without_times_are_by_those_of_the_film(
+    go: Tell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A film's frames come half as often from its middle on, as of a phone in the dark."""
+    times = np.cumsum([0.0] + [0.04] * 14 + [0.08] * 15)
+    with VideoWriter("dark.mkv", 25) as writer:
+        for time in times:
+            writer.write(np.full((60, 120, 3), 90, np.uint8), float(time))
+    boxes = (f"{n + 1},1,{20 + 50 * time:.2f},20,9,9,1\n" for n, time in enumerate(times))
+    Path("rows.txt").write_text("".join(boxes))
+    said = list[str]()
+    paint = "motes.output.overlay._draw_label"
+    monkeypatch.setattr(paint, lambda image, text, *_: said.append(text))
+    assert go("draw dark.mkv rows.txt -o drawn.mkv --scale 10")[0] == 0
+    np.testing.assert_allclose([float(text.split()[-2]) for text in said], 5, rtol=0.01)
+
+
+def test_a_box_smaller_than_a_pixel_is_drawn(go: Tell) -> None:
+    Path("rows.csv").write_text(
+        "frame,id,left,top,width,height\n0,1,7.6,8.6,0.3,0.3\n0,2,20,20,9,9\n"
+    )
+    code, said = go("draw film.mkv rows.csv -o drawn.mkv")
+    assert (code, f"{FRAMES} frames; wrote drawn.mkv" in said) == (0, True), said
+
+
+def test_the_speed_of_one_of_several_is_drawn_when_it_was(
+    go: Tell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A box gets ever faster; where the edge cuts it, it has the speed of before."""
+    said = list[Mapping[int, str]]()
+
+    def heard(pixels: np.ndarray, *others: Any) -> np.ndarray:
+        said.append(others[-1])
+        return pixels
+
+    monkeypatch.setattr("motes.output.painters.draw_scene", heard)
+    lines = ["frame,time,id,left,top,width,height,confidence,status"]
+    for index in range(FRAMES):
+        left, time = 50 + 0.08 * index**2, f"{index / 25:.6f}"
+        lines.append(f"{index},{time},1,{left:.3f},20,{min(20, 119 - left):.3f},20,0.9,tracking")
+        lines.append(f"{index},{time},2,90,2,9,12,0.9,tracking")
+    Path("plain.csv").write_text("\n".join(lines) + "\n")
+    assert go("convert plain.csv metres.csv --scale 1")[0] == 0
+    true, cut = 0.16 * 25 * np.arange(FRAMES), 24  # from there on less than a pixel is beside it
+    for line in ("plain.csv --scale 1", "metres.csv"):
+        said.clear()
+        assert go(f"draw film.mkv {line} -o drawn.mkv --overwrite")[0] == 0
+        other, speeds = ([float(each[name].split()[0]) for each in said] for name in (2, 1))
+        np.testing.assert_allclose(other, 0, atol=1e-9)
+        np.testing.assert_allclose(speeds[8 : cut - 8], true[8 : cut - 8], rtol=0.02)
+        assert len({*speeds[cut:]}) == 1
+        assert speeds[-1] == pytest.approx(true[cut], rel=0.2)
+    code, said_too = go("draw film.mkv metres.csv -o drawn.mkv --overwrite --scale 9")
+    message = "--scale is for rows without metres, and metres.csv has them; omit it."
+    assert (code, message in said_too) == (2, True), said_too
 
 
 @pytest.fixture(scope="module")

@@ -197,7 +197,11 @@ def test_a_track_ends_where_its_film_goes_on(
     line = f"{TRACK} {options.replace('BOX', '8,6,20,16')}".replace("film", source)
     assert go(f"{line} -o run.xml")[0] == 0
     assert go(f"{line} -o run.csv")[0] == 0
-    assert go(f"convert run.csv same.xml --video {source}")[0] == 0
+    code, said = go("convert run.csv open.xml")
+    cut = options == "--init BOX --end 4"  # keyframes tell how many frames they have read
+    assert (code, "stays to the end of the task; give --video" in said) == (0, cut), said
+    code, said = go(f"convert run.csv same.xml --video {source}")
+    assert (code, "stays to the end of the task" in said) == (0, False), said
     for document in ("run.xml", "same.xml"):
         boxes = ElementTree.parse(document).findall("track/box")
         assert [int(box.attrib["frame"]) for box in boxes if box.get("outside") == "1"] == ends
@@ -312,6 +316,18 @@ def test_a_frame_rate_that_is_assumed_is_said_once(go: Tell) -> None:
     assert go("convert one.vot.txt h.csv --video film --fps 10")[0] == 0
     last = read_csv("h.csv")[-1]
     assert float(last["time"]) == pytest.approx(int(last["frame"]) / 10)
+
+
+@pytest.mark.parametrize("name", ["gt/gt.txt", "det/det.txt", "results.txt"])
+def test_the_rate_of_a_seqinfo_is_that_of_the_rows_beside_it(go: Tell, name: str) -> None:
+    Path("gt").mkdir()
+    Path("det").mkdir()
+    Path("seqinfo.ini").write_text("[Sequence]\nframeRate=10\n")
+    Path(name).write_text("1,1,9,9,9,9,1,-1,-1,-1\n3,1,9,9,9,9,1,-1,-1,-1\n")
+    for fps, expected in (("", 0.2), (" --fps 20", 0.1)):
+        code, said = go(f"convert {name} rows.csv --overwrite{fps}")
+        assert (code, "assumed" in said) == (0, False), said
+        assert float(read_csv("rows.csv")[-1]["time"]) == expected
 
 
 VARYING = [0.0, 0.02, 0.04, 0.1, 0.16, 0.18]
@@ -670,7 +686,12 @@ def test_a_frame_of_a_crowd_or_skeletons_alone_is_no_empty_example(go: Tell) -> 
     bones = '<skeleton label="car" frame="{}"/>'
     box = '<box frame="0" xtl="9" ytl="9" xbr="29" ybr="29"/>'
     parts = box + bones.format(0), bones.format(1), '<cuboid frame="2" outside="0"/>'
-    tracks = [f'<track id="{i}" label="car">{part}</track>' for i, part in enumerate(parts)]
+    end = box.replace("<box", '<box outside="1"')
+    ends = [end.replace('frame="0"', f'frame="{i + 1}"') for i in range(3)]
+    tracks = [
+        f'<track id="{i}" label="car">{part}{end}</track>'
+        for i, (part, end) in enumerate(zip(parts, ends, strict=True))
+    ]
     size = "<original_size><width>99</width><height>99</height></original_size>"
     task = f"<meta><task><size>4</size>{size}</task></meta>"
     Path("tracks.xml").write_text(f"<annotations>{task}{''.join(tracks)}</annotations>")

@@ -489,12 +489,23 @@ def test_what_is_not_clear_is_refused(made: Any, reason: str, tmp_path: Path) ->
         ('[{"image_id": 1, "category_id": 1, "bbox": [1, 2, 3, 4]}]', "list of results of COCO"),
         ("frame,id,left,top,width,height\r0,1,1,2,3,4\r", "new-line character"),
         ('{"info": {}, "categories": {}, "items": [{"id": "a"}]}', "dataset of Datumaro"),
+        ('{"version": "5.0.1", "shapes": [{"points": [[1, 2], [3, 4]]}]}', "picture of labelme"),
+        (" ,Area,X,Y,Slice\n1,10,1,2,1\n", "columns are , Area, X, Y, Slice; those of boxes are"),
+        ("PK\x03\x04\0\0", "a ZIP archive; unpack it"),
+        ("\ufeff", "a.json: it is empty; make the file anew"),
+        ("\n\n", "a.json: it is empty; make the file anew"),
     ],
 )
 def test_files_that_are_not_read_are_named(text: str, reason: str, tmp_path: Path) -> None:
     (tmp_path / "a.json").write_text(text)
     with pytest.raises(SourceError, match=reason):
         registry.recognized(tmp_path / "a.json")
+
+
+def test_shares_of_the_picture_are_not_taken_for_pixels(tmp_path: Path) -> None:
+    path = coco(tmp_path, ["1.png"], bbox=[0.4, 0.5, 0.2, 0.25])
+    with pytest.raises(SourceError, match="all of its boxes within a pixel, as shares"):
+        registry.read(path, "coco", FILM)
 
 
 @pytest.mark.parametrize("identity", [0, -1])

@@ -276,6 +276,13 @@ def test_recognition(file: str, text: str, name: str | None, tmp_path: Path) -> 
         registry.recognized(path)
 
 
+def test_titles_may_have_spaces_between_them(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("frame, left, top, width, height\n3, 20, 21, 8, 9\n")
+    (row,) = registry.read(path, registry.recognized(path), FilmFacts())
+    assert (row.frame, row.objects[0].box) == (3, (20, 21, 8, 9))
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -450,6 +457,24 @@ def test_a_region_that_is_not_switched_off_stays(
     assert [row.frame for row in found if row.objects] == [2, 3, 4, 5, 6]
     assert [row.objects[0].keyframe for row in found if row.objects] == [True, *[False] * 4]
     assert len({row.objects[0].ellipse for row in found if row.objects}) == 1
+
+
+@pytest.mark.parametrize(("stated", "known"), [(7, None), (None, 7), (9, 7), (7, 9)])
+@pytest.mark.parametrize(("step", "frames"), [(1, [2, 3, 4, 5, 6]), (2, [2, 4, 6])])
+def test_a_track_that_is_not_outside_stays(
+    stated: int | None, known: int | None, step: int, frames: list[int], tmp_path: Path
+) -> None:
+    size = "" if stated is None else -(-stated // step)
+    boxes = CVAT_BOX.format(2), CVAT_BOX.format(0) + CVAT_BOX.format(1).replace('"0"/', '"1"/')
+    text = CVAT.format(size, boxes[0] + f"</track><track id='1'>{boxes[1]}")
+    path = tmp_path / "a.xml"
+    path.write_text(text.replace("</size>", f"</size><frame_filter>step={step}</frame_filter>"))
+    found = registry.read(path, "cvat", FilmFacts(width=320, height=240, frames=known))
+    here = [(row.frame, each) for row in found for each in row.objects if each.identity == 0]
+    assert [frame for frame, _ in here] == frames
+    assert [each.keyframe for _, each in here] == [True, *[False] * (len(frames) - 1)]
+    assert len({each.ellipse for _, each in here}) == 1
+    assert [row.frame for row in found for each in row.objects if each.identity == 1] == [0]
 
 
 @pytest.mark.parametrize(

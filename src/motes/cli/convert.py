@@ -167,6 +167,13 @@ def convert(
         log(f"{rows}: {note}")
     if recorded.assumed and video is None and TIMES in written.holds:
         log(f"{rows} has no times, 25 frames a second are assumed; give --fps or --video.")
+    ended = bool(recorded.length) or (known is not None and known.end is None)  # with its film
+    last = recorded.frames[-1:]
+    if form == "cvat" != source and not ended and any(row.objects for row in last):
+        log(
+            f"{rows} does not tell how long its film is: in CVAT an object of its last frame "
+            f"stays to the end of the task; give --video or --frames."
+        )
     say_how_to_train(target, form, recorded)
     film = "" if known is None or facts.files else known.film
     if form in ("coco", "yolo") and film and recorded.frames and _of_images(film):

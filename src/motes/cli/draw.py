@@ -123,6 +123,8 @@ def draw(
         say_rate(film)
         given = rows_in(rows, from_, film, source, known)
         plane = _units(rows, units, known)
+        if given.metres and known is None:
+            refuse(units.given, f"for rows without metres, and {rows} has them")
         check_size(plane, film.name, film.width, film.height)
         if given.single:
             opened = outputs.of_target(film, rows.stem, metres=plane is not None or given.metres)

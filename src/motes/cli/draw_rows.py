@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,7 +24,6 @@ from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.real_units import (
     PIXELS,
     Columns,
-    GroundMotion,
     RealUnits,
     motion_in_hindsight,
     moving_in_hindsight,
@@ -76,29 +76,30 @@ def rows_in(
         If it cannot be read, or is of another film than that of `source`, which is open.
     """
     form = form or registry.recognized(path)
+    read = None if film.even_rate else Film.quickly(source)
     facts = FilmFacts(
-        source=film.name, width=film.width, height=film.height, fps=film.fps, files=film.files
-    )
+        source=film.name, width=film.width, height=film.height, fps=film.fps, files=film.files,
+        times=() if read is None else read.times,
+    )  # fmt: skip
     rows = {row.frame: row for row in registry.read(path, form, facts)}
     identities = {each.identity for row in rows.values() for each in row.objects}
     alone = len(identities) == 1 and ANONYMOUS not in identities
     watched = known is not None and known.places is not None
     single = registry.FORMATS.resolve(form).single or (alone and not watched)
     given = Given(path, rows, single, form in ("csv", "jsonl", "parquet", "journal"))
-    if film.even_rate:
+    if read is None:
         for frame in rows:
             _check_time(given, film, frame, facts.time(frame))
     else:
-        _check_film(given, film, source)
+        _check_film(given, film, source, read)
     return given
 
 
-def _check_film(given: Given, film: Source, source: str) -> None:
+def _check_film(given: Given, film: Source, source: str, read: Film) -> None:
     """Raise an InputError if rows are not of a film with times of its own.
 
     They are those of its packets; where damage may have changed them, it is decoded.
     """
-    read = Film.quickly(source)
     try:
         _check_times(given, film, read.times)
     except InputError:
@@ -124,28 +125,43 @@ def target_moments(film: Source, given: Given, units: RealUnits | None) -> Momen
             if each is None:
                 yield Moment(frame, [Track.nowhere(frame.index, frame.time)])
             else:
-                more = {**each.further, **places.get(frame.index, {})}
+                more = {**each.further, **places.get((each.identity, frame.index), {})}
                 track = replace(each, time=frame.time, further=more)
                 yield Moment(frame, [track], StepInfo(track))
 
     return moments
 
 
-def _measured(given: Given, units: RealUnits) -> dict[int, Columns]:
-    """Return places and speeds in frames; where covariances are unknown, so are deviations.
+def _measured(
+    given: Given, units: RealUnits | None, size: tuple[int, int] | None = None
+) -> dict[tuple[int, int], Columns]:
+    """Return places and speeds by identity and frame; covariances may be unknown, so deviations.
 
     Rows of a live run have the speeds of a quarter of a second ago, which would be drawn too late:
-    they are measured anew, now that the frames after each one are known.
+    they are measured anew, now that the frames after each one are known. Where the edge of a
+    picture of a size cuts a box, the speed is that of before, as of a live run.
     """
-    frames = range(given.last + 1)
-    tracks = [next(iter(row.objects), None) if row else None for row in map(given.rows.get, frames)]
-    if not given.metres:
-        found = motion_in_hindsight(units, tracks)
-    elif any(track is not None and np.isfinite(track.covariance).all() for track in tracks):
-        return {}  # smoothed or corrected: they are of hindsight already
-    else:
-        found = moving_in_hindsight([seen_live(track) for track in tracks])
-    return dict(zip(frames, found, strict=True))
+    ways = defaultdict[int, dict[int, Track]](dict)
+    for row in given.rows.values():
+        for each in row.objects:
+            if each.identity != ANONYMOUS:
+                ways[each.identity][row.frame] = each
+    found = dict[tuple[int, int], Columns]()
+    for identity, way in ways.items():
+        if given.metres and any(np.isfinite(each.covariance).all() for each in way.values()):
+            continue  # smoothed or corrected: they are of hindsight already
+        frames = range(min(way), max(way) + 1)
+        cut = {frame for frame, each in way.items() if each.box.is_cut(size)}
+        tracks = [None if frame in cut else way.get(frame) for frame in frames]
+        if given.metres:
+            places = moving_in_hindsight([seen_live(track) for track in tracks])
+        else:
+            places = motion_in_hindsight(units, tracks)
+        before: Columns = {}
+        for frame, place in zip(frames, places, strict=True):
+            before = {"speed": before.get("speed")} if frame in cut else place
+            found[identity, frame] = before
+    return found
 
 
 def object_moments(
@@ -154,22 +170,25 @@ def object_moments(
     """Return what makes the moments of several objects, with what they do at lines and in zones."""
     size = film.width, film.height
     counter = EventCounter(regions, size)
-    motion = None if units is None else GroundMotion(units, size)
     ends = {each.identity: row.frame for row in given.rows.values() for each in row.objects}
 
     def objects(frames: Iterator[Frame]) -> Iterator[tuple[Frame, list[Track]]]:
+        places = _measured(given, units, size)
         for frame in _checked(frames, given, film):
             tracks = []
             for each in given.objects(frame):
                 if not each.placed:  # one that is marked as absent
                     continue
+                more = {**each.further, **places.get((each.identity, frame.index), {})}
                 # The box has all digits of the file; those of an ellipse are half as exact.
                 ellipse = Ellipse.from_box(each.box)
                 sought = frame.index < ends[each.identity]
-                tracks.append(replace(each, time=frame.time, ellipse=ellipse, sought=sought))
+                tracks.append(
+                    replace(each, time=frame.time, ellipse=ellipse, sought=sought, further=more)
+                )
             yield frame, tracks
 
-    return lambda frames: counted_moments(objects(frames), counter, motion)
+    return lambda frames: counted_moments(objects(frames), counter)
 
 
 def _checked(frames: Iterator[Frame], given: Given, film: Source) -> Iterator[Frame]:

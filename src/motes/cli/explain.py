@@ -86,7 +86,7 @@ def _wrong_option(error: CycloptsError, program: str) -> str:
         if "--overlay" in known and any(word in key for word in ("video", "save")):
             return f"There is no option {flag}; --overlay draws a film of tracks, -o writes rows."
         if flag == "-":
-            return "- is no source; for standard input give /dev/stdin."
+            return "- is no file; for standard input give /dev/stdin, for output /dev/stdout."
         if os.path.exists(flag):
             return f"There is no option {flag}; for the file write ./{flag}."
     if isinstance(error, UnusedCliTokensError):
@@ -96,6 +96,8 @@ def _wrong_option(error: CycloptsError, program: str) -> str:
             hint = "numbers of one option need commas and no spaces; "
         if command == "motes track" and all(map(os.path.exists, words)):
             hint = "motes batch tracks in several films; "
+        if command == "motes batch" and all(map(os.path.exists, words)):
+            hint = "quote a pattern, as 'films/*.mp4', which the shell has replaced by names; "
         return f"No option takes {' '.join(words)}; {hint}see {command} --help."
     return f"{error} See {command} --help."
 

@@ -14,7 +14,6 @@ from motes.cli.known_run import units_of
 from motes.cli.messages import log
 from motes.cli.option_groups import HYPHEN, OUTPUT, FileName, Identity, Overwrite
 from motes.core.errors import counted
-from motes.core.files import is_special
 from motes.core.track import GROUND
 from motes.correction.correct import smooth as smoothed
 from motes.correction.history import History, check_beside, hand_on
@@ -56,8 +55,7 @@ def smooth(
     point_out_unfinished(rows, whole)
     table.check_whole()
     plane = units_of(rows, table.metres, known)
-    streamed = output == "-" or is_special(output)
-    if not streamed:
+    if output != "-":
         check_writable(output, overwrite)  # these are named first, not what is beside them
         check_beside(Path(output), overwrite)
     tracks = smoothed(table.tracks)
@@ -66,7 +64,7 @@ def smooth(
     with TrackWriter(output, overwrite=overwrite, further=further) as writer:
         for track, place in zip(tracks, places, strict=True):
             writer.add(table.row(track, place))
-    if not streamed:
+    if output != "-":
         hand_on(known, Path(output))
     states = Counter(str(track.status) for track in tracks)
     parts = [counted(len(tracks), "frame"), *(f"{s} in {n}" for s, n in states.most_common())]

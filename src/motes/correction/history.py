@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from motes import __version__
 from motes.core.config import Config, from_dict
 from motes.core.errors import ConfigError, InputError
-from motes.core.files import write_whole, writing
+from motes.core.files import is_special, write_whole, writing
 from motes.core.geometry import Ellipse
 from motes.core.seed import checked_seed
 from motes.correction.join import Stretch
@@ -292,18 +292,22 @@ def line_count(rows: Path) -> int:
 
 def check_beside(rows: Path, overwrite: bool) -> None:
     """Raise a FormatError if other rows are remembered beside new ones, and must stay so."""
-    if History.path(rows).exists():
+    if not is_special(rows) and History.path(rows).exists():
         check_writable(History.path(rows), overwrite)
 
 
 def hand_on(known: History | None, rows: Path) -> None:
     """Write what is known of new rows beside them; what is there of older rows goes.
 
+    Beside a pipe or a device, as /dev/stdout, nothing is remembered.
+
     Raises
     ------
     FormatError
         If the file cannot be written.
     """
+    if is_special(rows):
+        return
     if known is None:
         History.path(rows).unlink(missing_ok=True)
     else:

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 
 from motes.core.errors import ConfigError, FormatError, InputError
 from motes.core.files import lines_of, read_text, same_file, write_whole, writing
-from motes.core.geometry import Ellipse
+from motes.core.geometry import Ellipse, check_angle
 from motes.core.track import COLUMNS, DEVIATIONS, ELLIPSE, GROUND, Status, Track
 from motes.mot.analytics.real_units import Columns, RealUnits, motion_in_hindsight
 from motes.rows.reader import table_of
@@ -76,13 +76,18 @@ class KnownRows:
         if not len(table):
             raise InputError(f"{path} has no rows; give a file of motes track that has some.")
         identities = sorted({*table["id"].tolist()})
+        if identities[0] < -1:
+            raise InputError(
+                f"{path} has the id {identities[0]}; identities count from 0, and -1 is none: "
+                f"correct that column."
+            )
+        named = [each for each in identities if each >= 0]
         if identity is None and len(identities) > 1:
             raise InputError(
-                f"{path} has {len(identities)} objects; choose one, as with --identity "
-                f"{identities[0]}."
+                f"{path} has {len(identities)} objects; choose one, as with --identity {named[0]}."
             )
-        if identity not in (None, *identities):
-            known = ", ".join(map(str, identities[:20]))
+        if identity not in (None, *named):
+            known = ", ".join(map(str, named[:20])) or "none with an identity"
             raise InputError(f"{path} has no object {identity}; it has {known}.")
         self.identity = identities[0] if identity is None else identity
         self.several = len(identities) > 1
@@ -91,11 +96,16 @@ class KnownRows:
         self.tracks = [
             _track(path, dict(zip(self.columns, row.tolist(), strict=True))) for row in table[mine]
         ]
+        try:
+            check_angle(next((each.ellipse.theta for each in self.tracks if each.placed), 0.0))
+        except ConfigError as error:
+            raise InputError(f"{path}: {error}; correct that column.") from None
         frames = [track.frame for track in self.tracks]
         if frames != sorted(set(frames)) or frames[0] < 0:
             raise InputError(
                 f"{path} has a frame twice, out of order, or below 0; correct its first column."
             )
+        self._end = "\r\n" if text.partition("\n")[0].endswith("\r") else "\n"
         lines = [f"{each}\n" for each in lines_of(text)]
         self._head = lines[: self._form == "csv"]
         kept = [text for text in lines[len(self._head) :] if text.strip()]
@@ -200,6 +210,8 @@ class KnownRows:
     def replace(self, tracks: Iterable[Track], units: RealUnits | None = None) -> None:
         """Replace the rows of these frames, or add them; all others stay to the byte.
 
+        New ones end as the file's first line does, which another program may have written.
+
         Rows without the columns of hindsight get them: the others, and other objects, are then
         empty there.
 
@@ -217,16 +229,17 @@ class KnownRows:
         columns = (*usual, *(name for name in self.columns if name not in usual))
         if columns != self.columns:
             before, self.columns, new = self.columns, columns, known
-            self._head = [f"{text}\n" for text in head(self._form, columns)]
+            self._head = [text + self._end for text in head(self._form, columns)]
             for key, text in self._lines.items():
                 if key[1] != self.identity:
-                    self._lines[key] = widened(text, self._form, before, columns)
+                    self._lines[key] = widened(text, self._form, before, columns) + self._end
         places = motion_in_hindsight(units, map(as_read, self.tracks))
         for track, place in zip(self.tracks, places, strict=True):
             if track.frame in new:
                 row = self.row(track, place)
                 values = row.values(row.objects[0], columns[len(COLUMNS) :])
-                self._lines[track.frame, self.identity] = line(self._form, columns, values) + "\n"
+                made = line(self._form, columns, values)
+                self._lines[track.frame, self.identity] = made + self._end
 
     def check_unchanged(self, path: Path) -> None:
         """Raise a FormatError if a file is that of these rows, and not as it was when it was read.
@@ -266,7 +279,7 @@ def widened(text: str, form: Form, before: Sequence[str], columns: Sequence[str]
     Parameters
     ----------
     text
-        The line, with its end.
+        The line; its end is left out.
     form
         The form of the rows.
     before, columns
@@ -276,11 +289,11 @@ def widened(text: str, form: Form, before: Sequence[str], columns: Sequence[str]
         values = msgspec.json.decode(text, type=dict[str, msgspec.Raw])
         fields = [bytes(values.get(name, b"null")).decode() for name in columns]
         pairs = zip(columns, fields, strict=True)
-        return "{" + ", ".join(f'"{name}": {field}' for name, field in pairs) + "}\n"
+        return "{" + ", ".join(f'"{name}": {field}' for name, field in pairs) + "}"
     (row,) = csv.reader([text])
     known = dict(zip(before, row, strict=True))
     made = io.StringIO()
-    csv.writer(made, lineterminator="\n").writerow(known.get(name, "") for name in columns)
+    csv.writer(made, lineterminator="").writerow(known.get(name, "") for name in columns)
     return made.getvalue()
 
 
@@ -317,6 +330,11 @@ def _track(path: Path, row: dict[str, float | int | str]) -> Track:
         raise InputError(
             f"{path} has {number[huge[0]]:g} as {huge[0]} in frame {row['frame']}; correct that "
             f"row."
+        )
+    if number["confidence"] < 0 or number["confidence"] > 1:
+        raise InputError(
+            f"{path} has the confidence {number['confidence']:g} in frame {row['frame']}, which is "
+            f"a probability, 0 to 1; correct that column."
         )
     ellipse = Ellipse(*(number[name] for name in ELLIPSE))
     placed = all(map(math.isfinite, ellipse)) and min(ellipse.a, ellipse.b) >= LEAST_HALF

@@ -165,9 +165,9 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     """Return the tracks, and the shapes of single images, of a CVAT document.
 
     Frames of a track between its keyframes are interpolated as in CVAT, also where the document
-    leaves them out, but for those that the task skips. Boxes and ellipses may be rotated; of other
-    shapes the box is taken. Shapes of single images have no identity. Skeletons, cuboids and tags
-    are left out.
+    leaves them out, but for those that the task skips; the last one stays to the end of the task,
+    unless it is `outside`. Boxes and ellipses may be rotated; of other shapes the box is taken.
+    Shapes of single images have no identity. Skeletons, cuboids and tags are left out.
     """
     from xml.etree import ElementTree
 
@@ -183,13 +183,15 @@ def read(path: Path, facts: FilmFacts) -> Recording:
         raise FormatError("it has a shape that is in no track and in no image")
     _check_one_task(root, [*tracks, *images])
     ids, step, unplaced = set[int](), _step(root), set[int]()
+    task = _annotated(root, step)
+    end = min(facts.frames or task.stop, task.stop) if task is not None else facts.frames or 0
     for place, track in enumerate(tracks):
         with at(f"track {track.get('id', place)}"):
             identity = whole(track.get("id", str(place)))
             if identity < 0 or identity in ids:
                 raise ValueError("its id is negative, or that of another track")
             ids.add(identity)
-            objects += _read_track(track, identity, _label(track, facts), step)
+            objects += _read_track(track, identity, _label(track, facts), step, end)
             shapes = (shape for shape in track if shape.tag in UNREAD)
             unplaced |= {_frame(shape) for shape in shapes if not _flag(shape, "outside")}
     frames, notes = _frames_of(images, images_of(facts))
@@ -206,8 +208,10 @@ def read(path: Path, facts: FilmFacts) -> Recording:
                 if shape.tag in SHAPES
             ]
     last = max((each.frame for each in objects), default=-1)
-    seen = files if images and not tracks else _annotated(root, facts.seen(last), step)
-    times = dict.fromkeys(seen)
+    seen = facts.seen(last) if task is None else task
+    if len(seen) > MOST_FRAMES:
+        raise FormatError(f"it has {len(seen)} frames, which no film has")
+    times = dict.fromkeys(files if images and not tracks else seen)
     named = {frame: name for frame, name in files.items() if name}
     others = Counter(each.tag for part in (*tracks, *images) for each in part)
     left_out = [
@@ -267,8 +271,8 @@ def _step(root: Element) -> int:
     return next((int(step[1]) for step in found if step), 1)
 
 
-def _annotated(root: Element, seen: range, step: int) -> range:
-    """Return the frames that a task of tracks has; `seen` where it does not tell them."""
+def _annotated(root: Element, step: int) -> range | None:
+    """Return the frames that a task of tracks has; None where it does not tell them."""
     for place in METAS:
         size, first = (_whole(root.findtext(f"{place}/{name}")) for name in ("size", "start_frame"))
         if size:
@@ -277,9 +281,7 @@ def _annotated(root: Element, seen: range, step: int) -> range:
             if place == "meta/job" and step > 1:  # its first frame counts in steps from another
                 return range(0)
             return range(first or 0, (first or 0) + size * step, step)
-    if len(seen) > MOST_FRAMES:
-        raise FormatError(f"it has {len(seen)} frames, which no film has")
-    return seen
+    return None
 
 
 def _check_one_task(root: Element, parts: list[Element]) -> None:
@@ -321,7 +323,10 @@ BOXED = ("polygon", "polyline", "points", "mask")
 SHAPES = ("box", "ellipse", *BOXED)
 
 
-def _read_track(track: Element, identity: int, label: str | None, step: int) -> Iterator[Track]:
+def _read_track(
+    track: Element, identity: int, label: str | None, step: int, end: int
+) -> Iterator[Track]:
+    """Yield an object in frames; its last shape stays to the `end` of the task, unless outside."""
     shapes = [shape for shape in track if shape.tag in SHAPES]
     shapes.sort(key=_frame)
     for shape, following in zip(shapes, [*shapes, None][1:], strict=True):
@@ -330,12 +335,10 @@ def _read_track(track: Element, identity: int, label: str | None, step: int) -> 
         frame = _frame(shape)
         row = _row(shape, frame, identity, label)
         yield row
-        if following is None:
-            continue
-        until = _frame(following)
-        end = _row(following, until, identity, label).ellipse
+        until = max(frame, end) if following is None else _frame(following)
+        goal = row if following is None else _row(following, until, identity, label)
         for between in frames_between(frame, until)[step - 1 :: step]:
-            place = _between(row.ellipse, end, (between - frame) / (until - frame))
+            place = _between(row.ellipse, goal.ellipse, (between - frame) / (until - frame))
             bounds = None if row.bounds is None else box_of_rectangle(place)
             yield structs.replace(row, frame=between, ellipse=place, keyframe=False, bounds=bounds)
 

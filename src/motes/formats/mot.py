@@ -26,6 +26,7 @@ from motes.formats.regions import MAX_FRAME
 from motes.formats.shapes import label_or_none
 from motes.formats.text import fields_of, number
 from motes.formats.visibility import shown, visible
+from motes.video.image_files import rate_in
 
 Kind = Literal["truth", "results", "detections"]
 
@@ -39,6 +40,8 @@ CLASSES = {
     "occluder on the ground": 10, "full occluder": 11, "reflection": 12, "crowd": 13,
 }  # fmt: skip
 """Numbers of classes in the MOTChallenge (Milan et al., MOT16, 2016, table 3)."""
+PARTS = ("gt", "det")
+"""Folders of a sequence of the MOTChallenge."""
 LABELS = "labels.txt"
 """The file beside a truth that has the names of its classes."""
 SYNONYMS = {"person": "pedestrian", "motorcycle": "motorbike"}
@@ -102,8 +105,12 @@ def read(kind: Kind, path: Path, facts: FilmFacts) -> Recording:
 
     The confidence of truth is its flag, and visibility 0 is occluded. Detections have no identity.
     A score that is no probability, as many detectors' are not, is read as 1. Truth has the classes
-    that `class_names` finds beside it.
+    that `class_names` finds beside it. Where the film's rate is unknown, it is that of a
+    `seqinfo.ini` beside the file, or beside its folder gt or det.
     """
+    if not facts.fps:
+        folder = path.absolute().parent
+        facts = replace(facts, fps=rate_in(folder.parent if folder.name in PARTS else folder))
     lines = read_lines(path, facts.frames or MAX_FRAME, kind, sized=True)
     own_names = class_names(path.parent) if kind == "truth" else {}
     names = own_names or _NAMES
@@ -270,7 +277,9 @@ def _parse_row(fields: list[str], frames: int, kind: Kind) -> list[float]:
     further = [number(field) for field in more]
     if not (frame.is_integer() and identity.is_integer()):
         raise ValueError(f"frame and id are whole numbers, not {fields[0]}, {fields[1]}")
-    if not 1 <= frame <= frames:
+    if frame < 1:
+        raise ValueError(f"frame {frame:.0f} is none: they count from 1")
+    if frame > frames:
         raise ValueError(f"there is no frame {frame:.0f}; the video has the frames 1 to {frames}")
     if not _has_classes(more, kind):
         return [*values, UNKNOWN, 1]

@@ -250,10 +250,14 @@ def _readable() -> Iterable[str]:
 
 def _of_text(head: bytes, path: Path) -> str | None:
     """Return the format of a text by its beginning; raise a ValueError if it is of none of ours."""
+    if head.startswith(b"PK\3\4"):
+        raise ValueError("it is a ZIP archive; unpack it, and give what is in it")
     if b"\0" in head:
         raise ValueError("it is no text, or one in UTF-16; save it as UTF-8")
     text = head.decode("utf-8-sig", errors="replace").lstrip()
     first = text.partition("\n")[0].strip()
+    if not first:
+        raise ValueError("it is empty; make the file anew")
     if text.startswith("[") and _RESULT.search(text) and not _TASK.search(text):
         raise ValueError(
             "it is a list of results of COCO, without the images and the names of classes; put it "
@@ -265,10 +269,12 @@ def _of_text(head: bytes, path: Path) -> str | None:
     }  # fmt: skip
     if text.startswith("{") and '"items"' in text and '"images"' not in text:
         raise ValueError("it is a dataset of Datumaro, which is not read; export it as COCO")
+    if text.startswith("{") and '"shapes"' in text and '"images"' not in text:
+        raise ValueError("it is a picture of labelme, which is not read; convert them to COCO")
     found = next((form for mark, form in marks.items() if text.startswith(mark)), None)
     if found is not None:
         return "jsonl" if found == "coco" and _is_row(first) else found
-    titles = next(csv.reader([first]), [])
+    titles = [title.strip() for title in next(csv.reader([first]), [])]
     if titles[:1] == ["film"] or titles[:5] == ["frame", "x", "y", "width", "height"]:
         return "keyframes"
     if titles == ["frame", *ELLIPSE]:
@@ -279,7 +285,13 @@ def _of_text(head: bytes, path: Path) -> str | None:
     for mark in ";\t":
         if "frame" in next(csv.reader([first], delimiter=mark), []):
             raise ValueError(SEPARATED.format(mark))
-    return _of_numbers(first, path)
+    found = _of_numbers(first, path)
+    if found is None and any(each[:1].isalpha() for each in titles[2:]):
+        raise ValueError(
+            f"its columns are {', '.join(titles)[:80]}; those of boxes are called frame, "
+            f"{', '.join(BOX)}"
+        )
+    return found
 
 
 def _is_row(line: str) -> bool:
@@ -367,6 +379,12 @@ def read(path: Path, name: str, facts: FilmFacts) -> Recording:
         raise SourceError(
             f"{path} is damaged, or not of the format {name}: {error}; {ADVICE}"
         ) from None
+    boxes = (each.box for row in recorded for each in row.objects if each.placed)
+    if (first := next(boxes, None)) and all(max(box) <= 1 for box in (first, *boxes)):
+        raise SourceError(
+            f"{path} has all of its boxes within a pixel, as shares of the picture are; give them "
+            f"in pixels."
+        )
     return recorded
 
 

@@ -80,7 +80,8 @@ def draw_scene(
         if len(trail) > 1:
             pen.line(_rounded(trail), (*color, 200), line)
         box = each.box
-        corners = _rounded(np.array([box[:2], (box.x + box.width - 1, box.y + box.height - 1)]))
+        far = np.add(box[:2], np.maximum(box[2:], 1) - 1)  # a box has a pixel at least
+        corners = _rounded(np.array([box[:2], far]))
         pen.rectangle(corners, outline=(*color, 255), width=line if hidden else 2 * line)
         number = f"{each.identity}" if each.identity > 0 else ""
         words = number, each.label, notes.get(each.identity), each.status if hidden else None

@@ -114,7 +114,7 @@ def _has_images(path: str) -> bool:
         return False
 
 
-def rate_in(folder: str) -> float | None:
+def rate_in(folder: str | Path) -> float | None:
     """Return the frames per second in the seqinfo.ini of a folder of images; None without one.
 
     The file lies in the folder, or beside it and names it, as in the MOTChallenge.
