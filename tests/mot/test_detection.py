@@ -13,7 +13,7 @@ import pytest
 
 from motes.core.adapters import as_detections
 from motes.core.callables import import_callable
-from motes.core.detection import Detection, PreparedDetector, best
+from motes.core.detection import Detection, best
 from motes.core.errors import ConfigError, MissingDependencyError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
@@ -193,8 +193,7 @@ def test_a_callable_is_a_detector_or_makes_one(module: str) -> None:
 def test_a_callable_keeps_what_else_a_detector_has(module: str) -> None:
     scene = Scene(named_detector(f"{module}:Whole"))
     assert isinstance(scene.detector, CustomDetector)  # its motion is the camera's
-    assert isinstance(scene.detector, PreparedDetector)
-    scene.detector.prepare([FRAME])
+    scene.prepare([FRAME])
     scene.update(FRAME)
     assert (scene.detector.seen, scene.detector.moved) == ([FRAME], [])
     assert scene.warnings == {"light": "it changes"}

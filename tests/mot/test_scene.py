@@ -103,6 +103,27 @@ def test_who_is_hidden_coasts_behind_the_other_and_is_found_again() -> None:
     assert stage.scene.created == 2
 
 
+@pytest.mark.parametrize("seen_before", [False, True])
+def test_who_stands_there_at_first_is_found_if_the_begin_was_seen_before(seen_before: bool) -> None:
+    """A background is learned from frames in which he has gone; another detector reads none."""
+
+    def film() -> Iterator[Frame]:
+        for index in range(40):
+            pixels = GROUND.copy()
+            if index < 15:
+                pixels[30:60, 20:36] = COLORS[0]
+            yield Frame(index, index / 25, pixels)
+
+    scene = Scene(BackgroundDetector())
+    if seen_before:
+        scene.prepare(film())
+    found = [len([each for each in scene.update(frame) if each.detected]) for frame in film()]
+    assert found[3:15] == [int(seen_before)] * 12
+    unread = film()
+    Scene(lambda _: []).prepare(unread)
+    assert next(unread).index == 0
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("cut", [False, True])
 def test_a_cut_of_the_film_ends_all_tracks(cut: bool) -> None:

@@ -349,6 +349,14 @@ def test_a_recording_whose_process_was_killed_is_told_to_its_end_once(
     assert len(said) in (1, 3)  # it may have been over already
 
 
+def test_who_is_there_when_a_recording_begins_leaves_no_ghost(tmp_path: Path) -> None:
+    walk(tmp_path / "hall.mkv", 40, enters=-10)
+    reports, _ = told(
+        RigRunner(Rig((Camera("hall", str(tmp_path / "hall.mkv")),))), lambda _: False
+    )
+    assert {len(each.sightings) for each in reports[5:25]} == {1}
+
+
 def test_a_process_that_dies_at_the_same_place_again_is_given_up(
     films: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

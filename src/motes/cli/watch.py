@@ -107,7 +107,6 @@ def watch(
     from motes.cli.outputs import Events
     from motes.cli.request import Request
     from motes.cli.watch_loop import watch_scene
-    from motes.core.detection import PreparedDetector
     from motes.mot.analytics.events import EventCounter
     from motes.mot.analytics.real_units import RealUnits
     from motes.mot.scene import Scene
@@ -124,9 +123,9 @@ def watch(
         units=None if where.ground is None else RealUnits(where.ground),
     )  # fmt: skip
     scene = Scene(_detector(objects, config, frames.end), config, values.seed)
-    if isinstance(scene.detector, PreparedDetector) and is_recorded(source):
+    if is_recorded(source):
         with frames.open(source, whole=True) as film:  # the rows are the same for every --end
-            scene.detector.prepare(film)
+            scene.prepare(film)
     with frames.open(source) as film:
         where.check(film.width, film.height)
         counter = EventCounter(where, (film.width, film.height))

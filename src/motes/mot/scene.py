@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes.core.adapters import as_detections
-from motes.core.detection import Detection, Detector, ObservingDetector
+from motes.core.detection import Detection, Detector, ObservingDetector, PreparedDetector
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame, as_frame
 from motes.core.geometry import FARTHEST, Box, as_samples
@@ -223,6 +223,15 @@ class Scene:
         """How each object looked when it was last clear of others, if it ever was, by identity."""
         found = {each.identity: each.seen or each.known for each in self._state.objects}
         return {identity: look for identity, look in found.items() if look is not None}
+
+    def prepare(self, frames: Iterable[Frame]) -> None:
+        """Let the detector see the begin of a film, before the first frame of the same film.
+
+        A `BackgroundDetector` learns what the background is: else it is the first frame, and an
+        object that stands there leaves a ghost. Other detectors read no frame.
+        """
+        if isinstance(self.detector, PreparedDetector):
+            self.detector.prepare(frames)
 
     def expect(self, expected: Sequence[Expected]) -> None:
         """Expect objects in the next frame; they begin as soon as they are seen there.

@@ -9,7 +9,7 @@ from typing import Any
 import msgspec
 
 from motes import ConfigError, Event, EventCounter, Regions, Scene, Track
-from motes.core import PreparedDetector, from_toml
+from motes.core import from_toml
 from motes.mot import WatchConfig
 from motes.rows import FrameRow
 from motes.video import Film
@@ -53,8 +53,7 @@ def scene_parts(film: Film, config: WatchConfig, places: Regions, seed: int) -> 
     scene = Scene(config.detector.detector(), config, seed)
     counter, totals = EventCounter(places, (film.width, film.height)), Counter[str]()
     last = len(film.times) - 1
-    if isinstance(scene.detector, PreparedDetector):
-        scene.detector.prepare(film.forward(0, last))
+    scene.prepare(film.forward(0, last))
 
     def part(rows: list[FrameRow], events: list[Event]) -> ScenePart:
         totals.update(event.total for event in events)

@@ -7,10 +7,10 @@ from contextlib import suppress
 
 import msgspec
 
-from motes import Frame, KnownTarget, MotesError, Scene, Source
+from motes import Frame, KnownTarget, MotesError, Scene, Source, open_source
 from motes.core import WorkerLine
 from motes.mot import named_detector
-from motes.video import Newest
+from motes.video import Newest, is_recorded
 from motes_fleet.cameras.camera_report import (
     Arrival,
     CameraEnded,
@@ -86,6 +86,9 @@ def _reporter_of(
     if target is not None:
         return KnownTargetReporter(camera, target, seed)
     scene = Scene(named_detector(camera.detector), camera.preset or PRESET, seed)
+    if is_recorded(camera.source):
+        with open_source(camera.source, fps=camera.fps) as film:
+            scene.prepare(film)
     return CameraReporter(camera, scene, seed)
 
 

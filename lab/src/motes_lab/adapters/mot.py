@@ -199,12 +199,6 @@ class CallableMotAdapter(MotTrackerAdapter):
         return MotAnswer(found, seconds)
 
 
-def prepare(detector: PreparedDetector, source: str | Path, rate: float) -> None:
-    """Show a detector the begin of a sequence, at its frame rate."""
-    with open_source(source) as film:
-        detector.prepare(Frame(each.index, each.index / rate, each.pixels) for each in film)
-
-
 def import_peers(name: str) -> tuple[Any, Any]:
     """Return the modules supervision and trackers, for a tracker of `PEERS`.
 
@@ -289,7 +283,10 @@ class DetectorAdapter(MotTrackerAdapter):
     def start(self, info: SequenceInfo) -> None:
         """Start the tracker."""
         if isinstance(self._detector, PreparedDetector) and info.source is not None:
-            prepare(self._detector, info.source, info.rate)
+            with open_source(info.source) as film:
+                self._detector.prepare(
+                    Frame(each.index, each.index / info.rate, each.pixels) for each in film
+                )
         self._adapter.start(info)
 
     def update(self, frame: Frame, detections: Sequence[Detection] | None) -> MotAnswer:

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 
 from motes import BackgroundDetector
-from motes_lab.adapters.mot import prepare
 from motes_lab.datasets.distractors import MATCH_IOU
 from motes_lab.datasets.mot import MotSequence
 from motes_lab.experiment import Experiment, Result, ResultOptions
@@ -50,7 +49,7 @@ def detections(sequences: Sequence[MotSequence]) -> Experiment:
 def _counts(sequence: MotSequence) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
     """Return the numbers of objects, of detections, and of right ones: (3,)."""
     detector = BackgroundDetector()
-    prepare(detector, sequence.source, sequence.rate)
+    detector.prepare(sequence.pictures())
     counts = np.zeros(3, np.int64)
     for frame in sequence.pictures():
         found = enumerate((each.box for each in detector(frame)), start=1)

@@ -112,10 +112,9 @@ def _events(clip: CountedClip, source: str) -> list[Event]:
     lines = tuple(
         Line(line.points, str(n), ("left", "right")) for n, line in enumerate(clip.line, start=1)
     )
-    detector = BackgroundDetector()
+    scene = Scene(BackgroundDetector())
     with open_source(source) as film:
-        detector.prepare(film)
-    scene = Scene(detector)
+        scene.prepare(film)
     with open_source(source) as film:
         counter = EventCounter(Regions(lines), (film.width, film.height))
         events = [event for _, tracks in scene.watch(film) for event in counter.update(tracks)]

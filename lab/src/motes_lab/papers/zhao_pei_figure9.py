@@ -22,9 +22,8 @@ from motes import (
     scene_config,
 )
 from motes.cli import numbers_of
-from motes.core import FRAME_INTERVAL, PreparedDetector, iou
+from motes.core import FRAME_INTERVAL, iou
 from motes.mot import assign, named_detector
-from motes_lab.adapters.mot import prepare
 from motes_lab.datasets.distractors import MATCH_IOU
 from motes_lab.datasets.mot import MotSequence, has_mot_sequences
 from motes_lab.datasets.mot_rows import MotRows, line_of, rows_of
@@ -114,8 +113,7 @@ def figure9(sequence: MotSequence, scene: Scene, found_by: str) -> Experiment:
     of the MOTChallenge decide which objects count (`evaluated_rows`). `found_by` is the name of the
     scene's detector.
     """
-    if isinstance(scene.detector, PreparedDetector):
-        prepare(scene.detector, sequence.source, sequence.rate)
+    scene.prepare(sequence.pictures())
     counts: list[tuple[int, int, int]] = []
     rows: list[Row] = []
     for frame in sequence.pictures():
