@@ -116,7 +116,7 @@ def test_who_stands_there_at_first_is_found_if_the_begin_was_seen_before(seen_be
 
     scene = Scene(BackgroundDetector())
     if seen_before:
-        scene.prepare(film())
+        scene.prepare(frame.pixels for frame in film())
     found = [len([each for each in scene.update(frame) if each.detected]) for frame in film()]
     assert found[3:15] == [int(seen_before)] * 12
     unread = film()

@@ -224,14 +224,15 @@ class Scene:
         found = {each.identity: each.seen or each.known for each in self._state.objects}
         return {identity: look for identity, look in found.items() if look is not None}
 
-    def prepare(self, frames: Iterable[Frame]) -> None:
+    def prepare(self, frames: Iterable[Frame | NDArray[Any]]) -> None:
         """Let the detector see the begin of a film, before the first frame of the same film.
 
         A `BackgroundDetector` learns what the background is: else it is the first frame, and an
-        object that stands there leaves a ghost. Other detectors read no frame.
+        object that stands there leaves a ghost. Other detectors read no frame. `frames` are those
+        of `watch`.
         """
         if isinstance(self.detector, PreparedDetector):
-            self.detector.prepare(frames)
+            self.detector.prepare(_in_order(frames, None))
 
     def expect(self, expected: Sequence[Expected]) -> None:
         """Expect objects in the next frame; they begin as soon as they are seen there.
