@@ -49,6 +49,9 @@ def test_what_is_refused() -> None:
         Trackers("csrt")
     with pytest.raises(ConfigError, match="nothing to follow"):
         Trackers().init(clip()[0], [])
+    for regions in (None, iter(REGIONS)):
+        with pytest.raises(ConfigError, match="Give a list of regions; got "):
+            Trackers().init(clip()[0], regions)  # type: ignore[arg-type]
     with pytest.raises(ConfigError, match="no targets yet"):
         Trackers().update(clip()[0])
     trackers = Trackers()

@@ -85,7 +85,9 @@ class Trackers:
             If there is no region, if one is not valid or does not fit the frame, or after `close`.
         """
         self._opened()
-        if not hasattr(regions, "__len__") or not len(regions):
+        if not hasattr(regions, "__len__"):
+            raise ConfigError(f"Give a list of regions; got {regions!r}.")
+        if not len(regions):
             raise ConfigError("There is nothing to follow; give at least one region.")
         picture = self._picture(frame)
         each = [Tracker(self._config, self._seed + i) for i in range(len(regions))]
