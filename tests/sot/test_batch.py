@@ -148,8 +148,11 @@ def test_saved_trackers_go_on(tmp_path: Path, threads: int) -> None:
         (tmp_path / "broken").write_bytes(broken)
         with pytest.raises(FormatError, match=r"is not a saved tracker|is damaged"):
             Trackers.load(tmp_path / "broken")
-    with pytest.raises(FormatError, match="has no state of its configuration"):
+    with pytest.raises(FormatError, match=r"holds several targets, for Trackers\.load"):
         Tracker.load(tmp_path / "saved")
+    trackers.each[0].save(tmp_path / "one")
+    with pytest.raises(FormatError, match=r"holds a single target, for Tracker\.load"):
+        Trackers.load(tmp_path / "one")
 
 
 @pytest.mark.parametrize(

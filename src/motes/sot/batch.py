@@ -226,6 +226,8 @@ class Trackers:
 
     @classmethod
     def _of_plain(cls, threads: int, plain: Any) -> Self:
+        if "objects" not in plain:
+            raise ConfigError("it holds a single target, for Tracker.load")
         saved = msgspec.convert(plain, _SavedGroup)
         trackers = cls(decode(saved.config, Algorithm), saved.seed, threads, bgr=saved.bgr)
         trackers.each = [
