@@ -104,6 +104,8 @@ class Trackers:
     def add(self, region: Numbers) -> Track:
         """Start on another object, in a region of the last frame. It comes last in `each`.
 
+        That frame is read where it lies in memory: draw on a copy of it.
+
         Raises
         ------
         ConfigError
