@@ -218,6 +218,7 @@ def test_frames_after_the_last_object_stay_in_what_is_made_of_rows(go: Go) -> No
         ("FILM --end 5 -o r.csv", 4, "No object was ever found; try another --detector."),
         ("FILM --detector det.txt --least 0.5 -o r.csv", 4, "all scores are below 0.5; the highe"),
         ("FILM --detector own:find --classes 3 -o r.csv", 4, "objects of class 2, none of class 3"),
+        ("FILM --detector own:shares -o r.csv", 4, "no detection has its center in the picture"),
         (
             "FILM --classes walker",
             2,
@@ -231,7 +232,10 @@ def test_frames_after_the_last_object_stay_in_what_is_made_of_rows(go: Go) -> No
 )
 def test_errors_are_one_line_with_their_code(go: Go, line: str, code: int, said: str) -> None:
     Path("det.txt").write_text("1,-1,10,60,44,30,0.3\n2,-1,10,60,44,30,-2\n")
-    Path("own.py").write_text("def find(frame): return [(10, 60, 44, 30, 0.9, 2)]\n")
+    Path("own.py").write_text(
+        "def find(frame): return [(10, 60, 44, 30, 0.9, 2)]\n"
+        "def shares(frame): return [(0.1, 0.6, 0.4, 0.3, 0.9), (1e4, 60, 44, 30, 0.9)]\n"
+    )
     found, _, error = go(line)
     assert (found, said in error) == (code, True), error
     assert "Traceback" not in error

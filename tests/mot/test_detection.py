@@ -124,7 +124,7 @@ def test_all_forms_are_read(value: Any, expected: list[Detection]) -> None:
 def test_anything_else_is_one_clear_error(value: Any) -> None:
     with pytest.raises(ConfigError, match="The detector returned") as caught:
         as_detections(value)
-    assert "it must return motes.Detections, rows of x, y, width, height" in str(caught.value)
+    assert "it must return a list of motes.Detection, rows of x, y" in str(caught.value)
     assert "\n" not in str(caught.value)
 
 

@@ -261,13 +261,13 @@ def test_a_line_over_which_boxes_jump_is_unsure() -> None:
     assert crossings(counting, [40, 44, 48, 52, 56, 60]) == [(3, "left")]
     for identity in (2, 3):
         assert crossings(counting, [40, 41, 42, 43, 73, 74, 75, 76], identity) == []
-    said = "line 1: boxes that jumped over it left out: 2, so its count is unsure"
+    said = "line 1: left out boxes that jumped over it: 2, so its count is unsure"
     assert counting.remarks() == [said]
     assert crossings(counting, [60, 56, 52, 48, 44, 40], 4) == [(3, "right")]
     assert "unsure" in counting.remarks()[0]
     for identity in range(5, 10):
         assert crossings(counting, [60, 56, 52, 48, 44, 40], identity) == [(3, "right")]
-    assert counting.remarks() == ["line 1: boxes that jumped over it left out: 2"]
+    assert counting.remarks() == ["line 1: left out boxes that jumped over it: 2"]
 
 
 @pytest.mark.parametrize(
@@ -348,7 +348,7 @@ def test_a_visit_to_the_edge_alone_is_left_out_and_said() -> None:
     counting = desk()
     assert visits(counting, [50, 58, 60.4, 59, 58, *[50] * 20]) == []
     assert counting.left_out["desk", EDGE] == 1
-    assert counting.remarks() == ["desk: nothing entered it, visits to its edge alone left out: 1"]
+    assert counting.remarks() == ["desk: nothing entered it, left out visits to its edge alone: 1"]
 
 
 SWAY = [100 + 3 * math.sin(i / 10) for i in range(400)]

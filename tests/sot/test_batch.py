@@ -49,6 +49,9 @@ def test_what_is_refused() -> None:
         Trackers("csrt")
     with pytest.raises(ConfigError, match="nothing to follow"):
         Trackers().init(clip()[0], [])
+    for regions in (None, iter(REGIONS)):
+        with pytest.raises(ConfigError, match="Give a list of regions; got "):
+            Trackers().init(clip()[0], regions)  # type: ignore[arg-type]
     with pytest.raises(ConfigError, match="no targets yet"):
         Trackers().update(clip()[0])
     trackers = Trackers()
@@ -106,15 +109,18 @@ def test_objects_come_and_go() -> None:
     trackers.init(clip()[0], REGIONS[:1])
     trackers.update(clip()[1])
     first = trackers.add(REGIONS[1])
+    assert first.identity == 2
     assert first.ellipse == alone.init(clip()[1], REGIONS[1]).ellipse
     trackers.update(clip()[2])
     trackers.remove(0)
     alone.update(clip()[2])
     [track] = trackers.update(clip()[3])
+    assert track.identity == 2
     assert track.ellipse == alone.update(clip()[3]).ellipse
     trackers.remove(0)
     assert trackers.update(clip()[4]) == []
-    assert trackers.add(REGIONS[2]).frame == 4
+    third = trackers.add(REGIONS[2])
+    assert (third.frame, third.identity) == (4, 3)
     for place in (1, -1, None):
         with pytest.raises(ConfigError, match=f"no object {place}; there are 1"):
             trackers.remove(place)  # type: ignore[arg-type]
@@ -137,12 +143,16 @@ def test_saved_trackers_go_on(tmp_path: Path, threads: int) -> None:
             found, again = trackers.update(picture), other.update(picture)
             assert [track.ellipse for track in found] == [track.ellipse for track in again]
             assert [track.time for track in found] == [track.time for track in again]
+            assert [track.identity for track in found + again] == [1, 3, 4, 1, 3, 4]
     for broken in (b"", (tmp_path / "saved").read_bytes()[:-9]):
         (tmp_path / "broken").write_bytes(broken)
         with pytest.raises(FormatError, match=r"is not a saved tracker|is damaged"):
             Trackers.load(tmp_path / "broken")
-    with pytest.raises(FormatError, match="has no state of its configuration"):
+    with pytest.raises(FormatError, match=r"holds several targets, for Trackers\.load"):
         Tracker.load(tmp_path / "saved")
+    trackers.each[0].save(tmp_path / "one")
+    with pytest.raises(FormatError, match=r"holds a single target, for Tracker\.load"):
+        Trackers.load(tmp_path / "one")
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,6 @@ from collections.abc import Generator, Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
-from msgspec.structs import replace
-
 from motes.cli.annotated_video import painted_scene, painted_target
 from motes.cli.frame_loop import Moment, Tally, run
 from motes.cli.input_checks import point_out_corners
@@ -104,8 +102,8 @@ def track_several(asked: Request[TrackerConfig], regions: Sequence[Sequence[floa
                 point_out_corners(region, frame.width, frame.height)
                 if tracker.info.note is not None:
                     log(tracker.info.note)
-            each = [replace(track, identity=i) for i, track in enumerate(tracks, start=1)]
-            yield Moment(frame, each if motion is None else motion.update(each), None, seconds)
+            placed = tracks if motion is None else motion.update(tracks)
+            yield Moment(frame, placed, None, seconds)
 
     with asked.frames.open(asked.source) as film:
         check_size(units, film.name, film.width, film.height)

@@ -43,8 +43,8 @@ def as_detections(value: Any, names: Names = ()) -> list[Detection]:
         return [_from_row(row, names) for row in in_order(value)]
     except (TypeError, ValueError, IndexError, AttributeError, OverflowError):
         raise ConfigError(
-            f"The detector returned {' '.join(repr(value).split())[:80]}; it must return "
-            f"motes.Detections, rows of x, y, width, height, score, class, or an object with xyxy, "
+            f"The detector returned {' '.join(repr(value).split())[:80]}; it must return a list of "
+            f"motes.Detection, rows of x, y, width, height, score, class, or an object with xyxy, "
             f"confidence and class_id."
         ) from None
 

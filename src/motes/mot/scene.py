@@ -18,7 +18,13 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes.core.adapters import as_detections
-from motes.core.detection import Detection, Detector, ObservingDetector, PreparedDetector
+from motes.core.detection import (
+    Detection,
+    Detector,
+    ObservingDetector,
+    PreparedDetector,
+    usable,
+)
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame, as_frame
 from motes.core.geometry import FARTHEST, Box, as_samples
@@ -192,7 +198,7 @@ class Scene:
         self._expected: Sequence[Expected] = ()
         self._own_warnings: dict[str, str] = {}
         self._statuses: dict[int, Status] = {}
-        self._labels, self._surest = set[str](), -math.inf
+        self._labels, self._surest, self._usable = set[str](), -math.inf, False
 
     @property
     def created(self) -> int:
@@ -206,7 +212,7 @@ class Scene:
 
     @property
     def left_out(self) -> str | None:
-        """Why no detection before the first object had a class and a score that are used.
+        """Why no detection before the first object had a class, a score and a box that are used.
 
         None if one had, or there was none.
         """
@@ -216,6 +222,11 @@ class Scene:
             return f"the detector found objects of class {seen}, none of class {wanted}"
         if self._labels and rule.least is not None and self._surest < rule.least:
             return f"all scores are below {rule.least:g}; the highest is {self._surest:g}"
+        if self._labels and not self._usable:
+            return (
+                "no detection has its center in the picture and a size of two pixels or more, "
+                "up to the whole picture"
+            )
         return None
 
     @property
@@ -304,6 +315,7 @@ class Scene:
         for each in found.detections or () if not self.created else ():
             self._labels.add(each.label or "unknown")
             self._surest = max(self._surest, each.score)
+            self._usable = self._usable or usable(each, frame)
         ended = self._cut(frame) if found.change == "cut" else []
         self._state, info = step(
             self._seed, self._state, frame, dt, found.detections, self.config, self._expected,

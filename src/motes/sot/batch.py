@@ -12,6 +12,7 @@ from typing import Annotated, Any, Self
 
 import msgspec
 from msgspec import Meta
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes.core.decode import decode
@@ -33,8 +34,8 @@ class Trackers:
     (`Algorithm.elsewhere`; preset default alone does so). Objects that `init` or `add` places upon
     each other, such as a person and his shirt, may stay so (`Algorithm.upon`). Where nobody meets,
     object i, counted from the first one that was ever added, has the same tracks as with
-    `Tracker(config, seed + i)` alone, to the last bit, for any number of threads. With several
-    threads, use it in a `with` statement, or call `close`.
+    `Tracker(config, seed + i)` alone, to the last bit, for any number of threads, but with
+    the identity i + 1. With several threads, use it in a `with` statement, or call `close`.
 
     Parameters
     ----------
@@ -84,11 +85,16 @@ class Trackers:
             If there is no region, if one is not valid or does not fit the frame, or after `close`.
         """
         self._opened()
-        if not hasattr(regions, "__len__") or not len(regions):
+        if not hasattr(regions, "__len__"):
+            raise ConfigError(f"Give a list of regions; got {regions!r}.")
+        if not len(regions):
             raise ConfigError("There is nothing to follow; give at least one region.")
         picture = self._picture(frame)
         each = [Tracker(self._config, self._seed + i) for i in range(len(regions))]
-        tracks = [tracker.init(picture, box) for tracker, box in zip(each, regions, strict=True)]
+        tracks = [
+            self._named(tracker, tracker.init(picture, box))
+            for tracker, box in zip(each, regions, strict=True)
+        ]
         self.each, self._last, self._begun = [], picture, len(each)
         self._upon = set()
         for tracker in each:
@@ -98,6 +104,8 @@ class Trackers:
     def add(self, region: Numbers) -> Track:
         """Start on another object, in a region of the last frame. It comes last in `each`.
 
+        That frame is read where it lies in memory: draw on a copy of it.
+
         Raises
         ------
         ConfigError
@@ -105,10 +113,14 @@ class Trackers:
         """
         last = self._started()
         tracker = Tracker(self._config, self._seed + self._begun)
-        track = tracker.init(last, region)
+        track = self._named(tracker, tracker.init(last, region))
         self._append(tracker)
         self._begun += 1
         return track
+
+    def _named(self, tracker: Tracker, track: Track) -> Track:
+        """Return a track with the identity of its object, which tells it from the others."""
+        return replace(track, identity=tracker._seed - self._seed + 1)
 
     def _append(self, tracker: Tracker) -> None:
         """Take a tracker of an object of the last frame as the last one."""
@@ -159,7 +171,10 @@ class Trackers:
             if not again:
                 break
         self._last = picture
-        return [each._take(picture, step) for each, step in zip(self.each, steps, strict=True)]
+        return [
+            self._named(each, each._take(picture, step))
+            for each, step in zip(self.each, steps, strict=True)
+        ]
 
     def _steps(self, picture: Frame) -> list[tuple[Any, StepInfo]]:
         """Return the step of each tracker into a frame."""
@@ -213,6 +228,8 @@ class Trackers:
 
     @classmethod
     def _of_plain(cls, threads: int, plain: Any) -> Self:
+        if "objects" not in plain:
+            raise ConfigError("it holds a single target, for Tracker.load")
         saved = msgspec.convert(plain, _SavedGroup)
         trackers = cls(decode(saved.config, Algorithm), saved.seed, threads, bgr=saved.bgr)
         trackers.each = [

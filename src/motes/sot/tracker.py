@@ -309,6 +309,8 @@ class Tracker:
     @classmethod
     def _of_plain(cls, plain: Any) -> Self:
         """Return the tracker of what `_plain` has returned."""
+        if "objects" in plain:
+            raise ConfigError("it holds several targets, for Trackers.load")
         tracker = cls(decode(plain["config"], Algorithm), plain["seed"])
         tracker._direction = -1 if plain.get("backward") else 1
         saved = msgspec.convert(plain, _Saved, dec_hook=unpack)

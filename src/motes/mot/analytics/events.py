@@ -186,7 +186,7 @@ class EventCounter:
             verb = "crossed" if name in self._lines else "entered"
             said = [] if name in seen else [f"nothing {verb} it"]
             said += [
-                f"{why} left out: {n}" for (place, why), n in self.left_out.items() if place == name
+                f"left out {why}: {n}" for (place, why), n in self.left_out.items() if place == name
             ]
             abrupt = self.abrupt[name]
             if abrupt:
