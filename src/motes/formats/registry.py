@@ -270,7 +270,9 @@ def _of_text(head: bytes, path: Path) -> str | None:
     if text.startswith("{") and '"items"' in text and '"images"' not in text:
         raise ValueError("it is a dataset of Datumaro, which is not read; export it as COCO")
     if text.startswith("{") and '"shapes"' in text and '"images"' not in text:
-        raise ValueError("it is a picture of labelme, which is not read; convert them to COCO")
+        raise ValueError(
+            "it is a picture of labelme, which is not read; convert labelme's files to COCO"
+        )
     found = next((form for mark, form in marks.items() if text.startswith(mark)), None)
     if found is not None:
         return "jsonl" if found == "coco" and _is_row(first) else found
