@@ -66,6 +66,7 @@ def bad(film: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
         "status": good.replace("tracking", "flying"),
         "degrees": good.replace(",0,1,,", ",30,1,,"),
         "percent": good.replace(",0,1,,", ",0,97,,"),
+        "minus": good.replace(",0,1,,", ",0,-1,,"),
     }.items():
         (folder / f"{name}.csv").write_text(",".join(COLUMNS) + "\n" + text)
     (folder / "objects.csv").write_text("frame,time,id,x,y\n0,0,1,2,3\n")
@@ -607,6 +608,7 @@ def test_doubtful_frames(go: Tell) -> None:
         ("smooth status.csv -o a.csv", 3, "status.csv has the status 'flying' in frame 0"),
         ("check FILM degrees.csv", 3, "degrees.csv: theta begins with 30; it is in radians, and"),
         ("smooth percent.csv -o a.csv", 3, "percent.csv has the confidence 97 in frame 0, which"),
+        ("smooth minus.csv -o a.csv", 3, "has the confidence -1 in frame 0, which is a prob"),
     ],
 )
 def test_bad_input_is_one_line(

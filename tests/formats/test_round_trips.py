@@ -256,6 +256,7 @@ def test_a_file_of_keyframes(tmp_path: Path) -> None:
         ("a.csv", '"frame","x","y","width","height"\n', "keyframes"),
         ("a.jsonl", '{"time": 0.0, "frame": 0}\n', "jsonl"),
         ("a.json", '{"images": [{"frame": 0}]}', "coco"),
+        ("a.json", '{"info": {"shapes": "boxes"}, "images": []}', "coco"),
         ("a.csv", "frame,x,y,width,height\n", "keyframes"),
         ("a.csv", "frame,x,y,a,b,theta\n", "keyframes"),
         ("a.csv", "frame,left,top,width,height\n", "csv"),
