@@ -491,7 +491,7 @@ def test_what_is_not_clear_is_refused(made: Any, reason: str, tmp_path: Path) ->
         ('{"info": {}, "categories": {}, "items": [{"id": "a"}]}', "dataset of Datumaro"),
         ('{"version": "5.0.1", "shapes": [{"points": [[1, 2], [3, 4]]}]}', "picture of labelme"),
         (" ,Area,X,Y,Slice\n1,10,1,2,1\n", "columns are , Area, X, Y, Slice; those of boxes are"),
-        ("PK\x03\x04\0\0", "a ZIP archive; unpack it"),
+        ("PK\x03\x04\0\0", "a ZIP archive, or a workbook; unpack it, or save"),
         ("\ufeff", "a.json: it is empty; make the file anew"),
         ("\n\n", "a.json: it is empty; make the file anew"),
     ],

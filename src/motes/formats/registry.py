@@ -251,7 +251,7 @@ def _readable() -> Iterable[str]:
 def _of_text(head: bytes, path: Path) -> str | None:
     """Return the format of a text by its beginning; raise a ValueError if it is of none of ours."""
     if head.startswith(b"PK\3\4"):
-        raise ValueError("it is a ZIP archive; unpack it, and give what is in it")
+        raise ValueError("it is a ZIP archive, or a workbook; unpack it, or save its table as CSV")
     if b"\0" in head:
         raise ValueError("it is no text, or one in UTF-16; save it as UTF-8")
     text = head.decode("utf-8-sig", errors="replace").lstrip()
