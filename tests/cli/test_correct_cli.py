@@ -270,6 +270,14 @@ def test_nothing_is_remembered_beside_a_pipe(go: Tell, monkeypatch: pytest.Monke
     assert not Path("pipe.csv.run.json").exists()
 
 
+def test_spaces_behind_commas_stay_out_of_values_that_are_written_anew(go: Tell) -> None:
+    assert go(f"track FILM {TWO} -o many.csv {OPTIONS} --end 4")[0] == 0
+    path = Path("many.csv")
+    path.write_text(path.read_text().replace(",2,,", ',2,"red,car",').replace(",", ", "))
+    assert go("refine FILM many.csv --identity 1 --at 2=BOX")[0] == 0
+    assert [row["label"] for row in read_csv(path) if row["id"] == "2"] == ["red, car"] * 4
+
+
 def test_lines_end_as_those_of_the_file(go: Tell) -> None:
     """As of one that a program on Windows has written."""
     assert go(f"track FILM {TWO} -o many.csv {OPTIONS} --end 4")[0] == 0
