@@ -66,6 +66,7 @@ def bad(film: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
         "status": good.replace("tracking", "flying"),
         "degrees": good.replace(",0,1,,", ",30,1,,"),
         "percent": good.replace(",0,1,,", ",0,97,,"),
+        "minus": good.replace(",0,1,,", ",0,-1,,"),
     }.items():
         (folder / f"{name}.csv").write_text(",".join(COLUMNS) + "\n" + text)
     (folder / "objects.csv").write_text("frame,time,id,x,y\n0,0,1,2,3\n")
@@ -267,6 +268,14 @@ def test_nothing_is_remembered_beside_a_pipe(go: Tell, monkeypatch: pytest.Monke
             assert go(line)[0] == 0
             assert reader.read(1 << 16).startswith(b"frame,time,id,")
     assert not Path("pipe.csv.run.json").exists()
+
+
+def test_spaces_behind_commas_stay_out_of_values_that_are_written_anew(go: Tell) -> None:
+    assert go(f"track FILM {TWO} -o many.csv {OPTIONS} --end 4")[0] == 0
+    path = Path("many.csv")
+    path.write_text(path.read_text().replace(",2,,", ',2,"red,car",').replace(",", ", "))
+    assert go("refine FILM many.csv --identity 1 --at 2=BOX")[0] == 0
+    assert [row["label"] for row in read_csv(path) if row["id"] == "2"] == ["red, car"] * 4
 
 
 def test_lines_end_as_those_of_the_file(go: Tell) -> None:
@@ -607,6 +616,7 @@ def test_doubtful_frames(go: Tell) -> None:
         ("smooth status.csv -o a.csv", 3, "status.csv has the status 'flying' in frame 0"),
         ("check FILM degrees.csv", 3, "degrees.csv: theta begins with 30; it is in radians, and"),
         ("smooth percent.csv -o a.csv", 3, "percent.csv has the confidence 97 in frame 0, which"),
+        ("smooth minus.csv -o a.csv", 3, "has the confidence -1 in frame 0, which is a prob"),
     ],
 )
 def test_bad_input_is_one_line(

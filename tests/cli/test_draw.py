@@ -36,6 +36,19 @@ def go(here: Path, capfd: pytest.CaptureFixture[str]) -> Tell:
     return telling(capfd)
 
 
+@pytest.fixture
+def notes(monkeypatch: pytest.MonkeyPatch) -> list[Mapping[int, str]]:
+    """Return what is written beside the objects of each frame that is drawn."""
+    said = list[Mapping[int, str]]()
+
+    def heard(pixels: np.ndarray, *others: Any) -> np.ndarray:
+        said.append(others[-1])
+        return pixels
+
+    monkeypatch.setattr("motes.output.painters.draw_scene", heard)
+    return said
+
+
 def pictures(path: str | Path) -> list[np.ndarray]:
     with open_source(path) as film:
         return [frame.pixels.astype(int) for frame in film]
@@ -212,6 +225,13 @@ def test_speeds_of_rows_without_times_are_by_those_of_the_film(
     np.testing.assert_allclose([float(text.split()[-2]) for text in said], 5, rtol=0.01)
 
 
+def test_what_has_no_identity_has_no_speed(go: Tell, notes: list[Mapping[int, str]]) -> None:
+    boxes = (f"{n + 1},-1,{x + 2 * n},20,9,9,1\n" for n in range(9) for x in (10, 60))
+    Path("det.txt").write_text("".join(boxes))
+    assert go("draw film.mkv det.txt -o drawn.mkv --scale 10")[0] == 0
+    assert notes == [{}] * FRAMES
+
+
 def test_a_box_smaller_than_a_pixel_is_drawn(go: Tell) -> None:
     Path("rows.csv").write_text(
         "frame,id,left,top,width,height\n0,1,7.6,8.6,0.3,0.3\n0,2,20,20,9,9\n"
@@ -221,16 +241,9 @@ def test_a_box_smaller_than_a_pixel_is_drawn(go: Tell) -> None:
 
 
 def test_the_speed_of_one_of_several_is_drawn_when_it_was(
-    go: Tell, monkeypatch: pytest.MonkeyPatch
+    go: Tell, notes: list[Mapping[int, str]]
 ) -> None:
     """A box gets ever faster; where the edge cuts it, it has the speed of before."""
-    said = list[Mapping[int, str]]()
-
-    def heard(pixels: np.ndarray, *others: Any) -> np.ndarray:
-        said.append(others[-1])
-        return pixels
-
-    monkeypatch.setattr("motes.output.painters.draw_scene", heard)
     lines = ["frame,time,id,left,top,width,height,confidence,status"]
     for index in range(FRAMES):
         left, time = 50 + 0.08 * index**2, f"{index / 25:.6f}"
@@ -240,9 +253,9 @@ def test_the_speed_of_one_of_several_is_drawn_when_it_was(
     assert go("convert plain.csv metres.csv --scale 1")[0] == 0
     true, cut = 0.16 * 25 * np.arange(FRAMES), 24  # from there on less than a pixel is beside it
     for line in ("plain.csv --scale 1", "metres.csv"):
-        said.clear()
+        notes.clear()
         assert go(f"draw film.mkv {line} -o drawn.mkv --overwrite")[0] == 0
-        other, speeds = ([float(each[name].split()[0]) for each in said] for name in (2, 1))
+        other, speeds = ([float(each[name].split()[0]) for each in notes] for name in (2, 1))
         np.testing.assert_allclose(other, 0, atol=1e-9)
         np.testing.assert_allclose(speeds[8 : cut - 8], true[8 : cut - 8], rtol=0.02)
         assert len({*speeds[cut:]}) == 1

@@ -97,13 +97,13 @@ WALK = [
 """It crosses y = 50 in the last frame: too late for a report 0.4 seconds later."""
 
 
-def test_the_begin_of_a_film_has_the_rows_of_the_whole(go: Go) -> None:
+def test_the_beginning_of_a_film_has_the_rows_of_the_whole(go: Go) -> None:
     """The background is that of the film, also where only a few frames of it are watched."""
     assert go("FILM --start 38 -o whole.csv")[0] == 0
-    assert go("FILM --start 38 --end 46 -o begin.csv")[0] == 0
-    whole, begin = (Path(name).read_text().splitlines() for name in ("whole.csv", "begin.csv"))
-    assert len(begin) > 2
-    assert begin == whole[: len(begin)]
+    assert go("FILM --start 38 --end 46 -o part.csv")[0] == 0
+    whole, part = (Path(name).read_text().splitlines() for name in ("whole.csv", "part.csv"))
+    assert len(part) > 2
+    assert part == whole[: len(part)]
 
 
 @pytest.mark.parametrize("end", [KeyboardInterrupt(), SourceError("The camera is gone.")])

@@ -200,6 +200,8 @@ def test_a_track_ends_where_its_film_goes_on(
     code, said = go("convert run.csv open.xml")
     cut = options == "--init BOX --end 4"  # keyframes tell how many frames they have read
     assert (code, "stays to the end of the task; give --video" in said) == (0, cut), said
+    code, said = go("convert open.xml again.xml")
+    assert (code, "stays to the end of the task" in said) == (0, False), said
     code, said = go(f"convert run.csv same.xml --video {source}")
     assert (code, "stays to the end of the task" in said) == (0, False), said
     for document in ("run.xml", "same.xml"):

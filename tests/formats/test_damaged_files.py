@@ -290,7 +290,7 @@ WRONG = [
     ("mot-truth", "24,1,1,1\n", "24,1,0,1\n", "line 1: 0 is not a class"),
     ("mot-truth", "24,1,1,1\n", "24,1,1,7\n", "line 1: the visibility 7 is no share"),
     ("mot", "1,7,10", "1,-2,10", "-2 is no identity"),
-    ("mot", "1,7,10", "0,7,10", "line 1: frame 0 is none: they count from 1"),
+    ("mot", "1,7,10", "0,7,10", "line 1: there is no frame 0: frames count from 1"),
     ("mot", "2,7,12.5,40", "2;7;12,5;40", "line 2: its numbers are separated in two ways"),
     ("otb", "10,40,40,24\n", "10,0;40,0;40,0;24,0\n", "line 1: its numbers are separated in two"),
     ("otb", "10,40,40,24\n", "10,0 40,0 40,0 24,0\n", "line 1: its numbers are separated in two"),

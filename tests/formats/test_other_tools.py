@@ -491,7 +491,7 @@ def test_what_is_not_clear_is_refused(made: Any, reason: str, tmp_path: Path) ->
         ('{"info": {}, "categories": {}, "items": [{"id": "a"}]}', "dataset of Datumaro"),
         ('{"version": "5.0.1", "shapes": [{"points": [[1, 2], [3, 4]]}]}', "picture of labelme"),
         (" ,Area,X,Y,Slice\n1,10,1,2,1\n", "columns are , Area, X, Y, Slice; those of boxes are"),
-        ("PK\x03\x04\0\0", "a ZIP archive; unpack it"),
+        ("PK\x03\x04\0\0", "a ZIP archive, or a workbook; unpack it, or save"),
         ("\ufeff", "a.json: it is empty; make the file anew"),
         ("\n\n", "a.json: it is empty; make the file anew"),
     ],
@@ -506,6 +506,10 @@ def test_shares_of_the_picture_are_not_taken_for_pixels(tmp_path: Path) -> None:
     path = coco(tmp_path, ["1.png"], bbox=[0.4, 0.5, 0.2, 0.25])
     with pytest.raises(SourceError, match="all of its boxes within a pixel, as shares"):
         registry.read(path, "coco", FILM)
+    document = json.loads(path.read_text())
+    document["annotations"] += [{**document["annotations"][0], "bbox": [0, 0, 1.5, 0.5]}]
+    path.write_text(json.dumps(document))
+    assert len(registry.read(path, "coco", FILM).frames[0].objects) == 2
 
 
 @pytest.mark.parametrize("identity", [0, -1])

@@ -256,6 +256,7 @@ def test_a_file_of_keyframes(tmp_path: Path) -> None:
         ("a.csv", '"frame","x","y","width","height"\n', "keyframes"),
         ("a.jsonl", '{"time": 0.0, "frame": 0}\n', "jsonl"),
         ("a.json", '{"images": [{"frame": 0}]}', "coco"),
+        ("a.json", '{"info": {"shapes": "boxes"}, "images": []}', "coco"),
         ("a.csv", "frame,x,y,width,height\n", "keyframes"),
         ("a.csv", "frame,x,y,a,b,theta\n", "keyframes"),
         ("a.csv", "frame,left,top,width,height\n", "csv"),
@@ -276,11 +277,15 @@ def test_recognition(file: str, text: str, name: str | None, tmp_path: Path) -> 
         registry.recognized(path)
 
 
-def test_titles_may_have_spaces_between_them(tmp_path: Path) -> None:
+def test_spaces_behind_commas_belong_to_no_title_or_value(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
-    path.write_text("frame, left, top, width, height\n3, 20, 21, 8, 9\n")
+    path.write_text(
+        'frame, left, top, width, height, status, label\n3, 20, 21, 8, 9, occluded, "car, red"\n'
+    )
     (row,) = registry.read(path, registry.recognized(path), FilmFacts())
-    assert (row.frame, row.objects[0].box) == (3, (20, 21, 8, 9))
+    (each,) = row.objects
+    assert (row.frame, each.box, each.label) == (3, (20, 21, 8, 9), "car, red")
+    assert each.status is Status.OCCLUDED
 
 
 @pytest.mark.parametrize(

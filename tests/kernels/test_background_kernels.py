@@ -163,9 +163,16 @@ def test_how_far_a_shifted_picture_is_from_the_background(count: int) -> None:
         green = rgb[rows + y, columns + x, 1]
         gains = np.median(usual / np.maximum(green, 1), axis=1, keepdims=True)
         np.testing.assert_array_equal(found, np.minimum(np.abs(gains * green - usual), 30))
-    with pytest.raises(ValueError, match="misfits needs rows, columns"):
-        kernels.sway.misfits(rgb, pixels, 10 * shifts, 30, found)
-    kernels.sway.misfits(rgb, np.full((3, count), -(2**31), np.int32), shifts, 30, found)
+    for picture, some in ((rgb, 10 * shifts), (rgb[:8], shifts), (rgb[:, :8], shifts)):
+        with pytest.raises(ValueError, match="misfits needs rows, columns"):
+            kernels.sway.misfits(picture, pixels, some, 30, found)
+    for far, place in ((-(2**31), (4, 4)), (2**31 - 1, (55, 75))):  # all shifts stay inside
+        here, at_border = np.full((3, count), 99, np.int32), np.empty((4, count))
+        here[:2] = np.array(place)[:, None]
+        kernels.sway.misfits(rgb, here, shifts, 30, at_border)
+        here[:2] = far
+        kernels.sway.misfits(rgb, here, shifts, 30, found)
+        np.testing.assert_array_equal(found, at_border)
 
 
 def test_what_is_kept_of_the_background() -> None:

@@ -255,6 +255,9 @@ def test_medians_of_rows(columns: int, levels: int) -> None:
     kernels.planes.medians(rows, out)
     np.testing.assert_array_equal(out, np.median(rows, axis=1))
     np.testing.assert_array_equal(rows, before)
+    for some in (rows[:4], rows[:, :0]):
+        with pytest.raises(ValueError, match="medians needs a place for the median of each row"):
+            kernels.planes.medians(some, out)
 
 
 def test_the_spread_of_places_by_their_covariance() -> None:

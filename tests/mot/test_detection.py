@@ -37,11 +37,15 @@ def test_the_surest_is_taken() -> None:
 
 
 @pytest.mark.parametrize(
-    "box", [Box(-9, 5, 10, 10), Box(5, 77, 10, 10), Box(0, 0, 101, 10), Box(5, 5, 1.5, 10)]
-)
+    "box",
+    [
+        Box(-9, 5, 10, 10), Box(5, 77, 10, 10), Box(0, 0, 101, 10), Box(5, 5, 1.5, 10),
+        Box(5, -9, 10, 10), Box(97, 5, 10, 10), Box(0, 0, 10, 81), Box(5, 5, 10, 1.5),
+    ],
+)  # fmt: skip
 def test_what_no_tracker_could_start_on_is_left_out(box: Box) -> None:
     assert best([Detection(box, 9.0)], EMPTY) is None
-    other = Detection(Box(5, 5, 10, 10), 0.1)
+    other = Detection(Box(94, 74, 10, 10), 0.1)  # half of it is in the frame
     assert best([Detection(box, 9.0), other], EMPTY) is other
 
 

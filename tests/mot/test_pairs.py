@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from motes.core.geometry import Box, Ellipse
 from motes.core.types import Floats
 from motes.mot import assignment, overlaps, pairs
 from motes.mot.assignment import assign, assign_pairs
 from motes.mot.association import PART, near
-from motes.mot.boxes import intersection_over_first
+from motes.mot.boxes import inscribed, intersection_over_first
 from motes.mot.overlaps import without_duplicates
 from motes.mot.pairs import candidates, meeting
 
@@ -24,6 +25,13 @@ def boxes_like(kind: str, rng: np.random.Generator, n: int) -> Floats:
         "whole": rng.integers(0, 30, (n, 2)).astype(float),  # edges touch, some have no area
     }[kind]
     return np.hstack([np.rint(places) if kind == "whole" else places, sizes])
+
+
+def test_ellipses_in_boxes_are_those_of_each() -> None:
+    boxes = boxes_like("any", np.random.default_rng(0), 9)
+    each = [Ellipse.from_box(Box(*box)) for box in boxes]
+    np.testing.assert_array_equal(inscribed(boxes), each)
+    assert inscribed(boxes[:0]).shape == (0, 5)
 
 
 @pytest.mark.parametrize("few", [0, 1000])

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from motes.core.frame import Frame
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.detection.exposure import Exposure
-from motes.mot.detection.reference_image import ReferenceImage
+from motes.mot.detection.reference_image import LASTS, ReferenceImage
 from motes.mot.detection.sway import FARTHEST
 from motes.mot.scene import Scene
 from motes.synthetic.scenery import noise, to_bytes
@@ -83,6 +83,20 @@ def test_a_curve_is_read_off_what_is_not_covered() -> None:
     values = np.array([90, 150, 210])
     np.testing.assert_allclose(curves[:, values], [255 * (values / 255) ** 1.25] * 3, atol=4)
     assert curves[:, 2].max() < 4
+
+
+@pytest.mark.parametrize("kind", ["gamma", "contrast"])
+def test_a_curve_is_that_of_the_camera(kind: str) -> None:
+    values = np.arange(30, 231, 50)
+    usual = np.random.default_rng(3).integers(20, 240, (240, 320, 3)).astype(np.uint8)
+
+    def seen(colors: NDArray[np.integer]) -> NDArray[np.uint8]:
+        curve = 255 * (colors / 255) ** 0.7 if kind == "gamma" else 50 + 0.75 * colors
+        return np.rint(curve).astype(np.uint8)
+
+    curves = Exposure(usual).curves(seen(usual))
+    assert curves is not None
+    np.testing.assert_allclose(curves[:, seen(values)], [values] * 3, atol=1.5)
 
 
 @pytest.mark.slow
@@ -156,6 +170,15 @@ def test_an_anchor_slips_with_the_picture_alone() -> None:
     assert anchor.has_moved(there)
     assert not anchor.has_moved(there)
     assert anchor.has_moved(here)
+
+
+def test_what_a_background_can_follow_is_no_motion() -> None:
+    """A quarter of a pixel in as many frames as a reference is used for."""
+    here, there = (ground(2, WIDTH + 3)[:, x : x + WIDTH].astype(float) for x in (0, 3))
+    anchor = ReferenceImage(here.astype(np.uint8))
+    for index in range(12 * LASTS):
+        share = index / (12 * LASTS)
+        assert not anchor.has_moved(((1 - share) * here + share * there).astype(np.uint8)), index
 
 
 @pytest.mark.parametrize("gain", [0.75, 1.3])

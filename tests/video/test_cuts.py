@@ -26,6 +26,9 @@ def gray(picture: Picture) -> Picture:
 
 STREET, ROOM = scenery(0, 40, 200), scenery(1, 90, 255)
 LAB = scenery(4, 40, 200)  # of much the same grays as the street
+GREEN, BLUE = (np.where(each > 120, light, 60) for each, light in (
+    (STREET[..., 1:2], (60, 200, 60)), (LAB[..., 1:2], (60, 60, 200))
+))  # fmt: skip
 CHANGES: dict[str, tuple[Callable[[int], Picture], dict[int, str]]] = {
     "nothing": (lambda i: STREET, {}),
     "cut": (lambda i: ROOM if i >= 5 else STREET, {5: "cut"}),
@@ -33,6 +36,12 @@ CHANGES: dict[str, tuple[Callable[[int], Picture], dict[int, str]]] = {
     "a pan in gray": (lambda i: gray(np.roll(STREET, 2 * i, axis=1)), {}),
     "a shot and back": (lambda i: ROOM if 5 <= i < 9 else STREET, {5: "cut", 9: "cut"}),
     "through black": (lambda i: (STREET, 0 * STREET, ROOM)[min(i // 4, 2)], {8: "cut"}),
+    "through what is nearly flat": (
+        lambda i: (STREET, (120 + LAB / 25).astype(np.uint8), ROOM)[min(i // 4, 2)],
+        {8: "cut"},
+    ),
+    "from green to blue": (lambda i: (BLUE if i >= 5 else GREEN).astype(np.uint8), {5: "cut"}),
+    "of a strip": (lambda i: (ROOM if i >= 5 else STREET)[:2], {5: "cut"}),
     "a black frame": (lambda i: 0 * STREET if i == 6 else STREET, {}),
     "darker": (lambda i: (STREET * (0.6 if i >= 5 else 1)).astype(np.uint8), {5: "light"}),
     "gamma": (

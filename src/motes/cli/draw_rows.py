@@ -135,11 +135,12 @@ def target_moments(film: Source, given: Given, units: RealUnits | None) -> Momen
 def _measured(
     given: Given, units: RealUnits | None, size: tuple[int, int] | None = None
 ) -> dict[tuple[int, int], Columns]:
-    """Return places and speeds by identity and frame; covariances may be unknown, so deviations.
+    """Return places and speeds by identity and frame.
 
-    Rows of a live run have the speeds of a quarter of a second ago, which would be drawn too late:
-    they are measured anew, now that the frames after each one are known. Where the edge of a
-    picture of a size cuts a box, the speed is that of before, as of a live run.
+    Where covariances are unknown, so are deviations. Rows of a live run have the speeds of a
+    quarter of a second ago, which would be drawn too late: they are measured anew, now that the
+    frames after each one are known. Where the edge of a picture of a size cuts a box, the speed is
+    that of before, as of a live run.
     """
     ways = defaultdict[int, dict[int, Track]](dict)
     for row in given.rows.values():

@@ -290,7 +290,7 @@ def widened(text: str, form: Form, before: Sequence[str], columns: Sequence[str]
         fields = [bytes(values.get(name, b"null")).decode() for name in columns]
         pairs = zip(columns, fields, strict=True)
         return "{" + ", ".join(f'"{name}": {field}' for name, field in pairs) + "}"
-    (row,) = csv.reader([text])
+    (row,) = csv.reader([text], skipinitialspace=True)
     known = dict(zip(before, row, strict=True))
     made = io.StringIO()
     csv.writer(made, lineterminator="").writerow(known.get(name, "") for name in columns)

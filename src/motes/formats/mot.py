@@ -278,7 +278,7 @@ def _parse_row(fields: list[str], frames: int, kind: Kind) -> list[float]:
     if not (frame.is_integer() and identity.is_integer()):
         raise ValueError(f"frame and id are whole numbers, not {fields[0]}, {fields[1]}")
     if frame < 1:
-        raise ValueError(f"frame {frame:.0f} is none: they count from 1")
+        raise ValueError(f"there is no frame {frame:.0f}: frames count from 1")
     if frame > frames:
         raise ValueError(f"there is no frame {frame:.0f}; the video has the frames 1 to {frames}")
     if not _has_classes(more, kind):

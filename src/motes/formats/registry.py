@@ -251,7 +251,7 @@ def _readable() -> Iterable[str]:
 def _of_text(head: bytes, path: Path) -> str | None:
     """Return the format of a text by its beginning; raise a ValueError if it is of none of ours."""
     if head.startswith(b"PK\3\4"):
-        raise ValueError("it is a ZIP archive; unpack it, and give what is in it")
+        raise ValueError("it is a ZIP archive, or a workbook; unpack it, or save its table as CSV")
     if b"\0" in head:
         raise ValueError("it is no text, or one in UTF-16; save it as UTF-8")
     text = head.decode("utf-8-sig", errors="replace").lstrip()
@@ -270,7 +270,9 @@ def _of_text(head: bytes, path: Path) -> str | None:
     if text.startswith("{") and '"items"' in text and '"images"' not in text:
         raise ValueError("it is a dataset of Datumaro, which is not read; export it as COCO")
     if text.startswith("{") and '"shapes"' in text and '"images"' not in text:
-        raise ValueError("it is a picture of labelme, which is not read; convert them to COCO")
+        raise ValueError(
+            "it is a picture of labelme, which is not read; convert labelme's files to COCO"
+        )
     found = next((form for mark, form in marks.items() if text.startswith(mark)), None)
     if found is not None:
         return "jsonl" if found == "coco" and _is_row(first) else found

@@ -8,7 +8,7 @@ namespace motes::sway {
 using Integers = Plane<const std::int32_t>;
 
 // Writes for each shift (x, y) how far the green of a picture is from that of the background, up to
-// `most`, at pixels of it: their rows, columns and greens.
+// `most`, at pixels of the background, which are given by their rows, columns and greens.
 //
 // The picture is first made as bright as the background there, by the median of the ratios.
 inline void misfits(Picture picture, Integers pixels, Integers shifts, double most,

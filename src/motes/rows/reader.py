@@ -117,7 +117,7 @@ def _parquet_rows(path: str | Path) -> Iterator[Sequence[Any]]:
 
 
 def _csv_lines(text: str) -> Iterator[Sequence[Any]]:
-    lines = csv.reader(io.StringIO(text), strict=True)
+    lines = csv.reader(io.StringIO(text), strict=True, skipinitialspace=True)
     yield [title.strip() for title in next(lines, ())]
     for row in lines:
         yield [unguarded(field) for field in row]

@@ -50,10 +50,10 @@ def test_appearance_decides_between_equal_overlaps() -> None:
 
 def test_velocity_and_size_follow_slowly() -> None:
     still = undetected(1, FRAME, LEFT)
-    found = [Detection(Box(22, 30, 24, 40))]  # its center is 4 pixels further
+    found = [Detection(Box(22, 32, 24, 40))]  # its center is 4 pixels further, and 2 lower
     scene = replace(config(), smoothing=Smoothing(velocity=0.75, size=0.5))
     (after,), *_ = associate([still], found, FRAME, DT, scene)
-    assert after.velocity == pytest.approx([4 / DT / 4, 0])
+    assert after.velocity == pytest.approx([4 / DT / 4, 2 / DT / 4])
     assert after.track.box.width == pytest.approx(22)
 
 

@@ -112,15 +112,29 @@ def test_the_variance_of_a_forecast_is_that_of_simulated_ones() -> None:
     assert variance == pytest.approx([ends.var()] * 2, rel=0.05)
 
 
-def test_surprise_is_how_far_detections_are_off() -> None:
-    def follow(one: TrackedObject, x: float) -> TrackedObject:
-        return one.predict(DT).detect(PLACE._replace(x=x), 0).update_velocity(0.8, DT)
+@pytest.mark.parametrize("axis", [0, 1])
+def test_surprise_is_how_far_detections_are_off(axis: int) -> None:
+    def follow(one: TrackedObject, off: float) -> TrackedObject:
+        place = PLACE._replace(**{"xy"[axis]: PLACE[axis] + off})
+        return one.predict(DT).detect(place, 0).update_velocity(0.8, DT)
 
     even = uneven = visible(1, BEFORE, PLACE)
     for n in range(1, 40):
-        even, uneven = follow(even, 40 + 2 * n), follow(uneven, 40 + 2 * n + 4 * (-1) ** n)
-    assert max(even.surprise) < 0.01 < uneven.surprise[0]
-    assert uneven.surprise[1] < 0.01
+        even, uneven = follow(even, 2 * n), follow(uneven, 2 * n + 4 * (-1) ** n)
+    assert max(even.surprise) < 0.01 < uneven.surprise[axis]
+    assert uneven.surprise[1 - axis] < 0.01
+
+
+def test_particles_move_and_grow_with_their_object() -> None:
+    one = replace(visible(1, BEFORE, PLACE), velocity=np.array([50.0, 25.0]))
+    taller = Box(PLACE.x + 50 * DT, PLACE.y + 25 * DT, PLACE.width, 2 * PLACE.height)
+    before, moved, grown = (
+        one.tracker.motion.ellipses(each.state.states)
+        for each in (one, one.predict(DT), one.predict(DT).detect(taller, 0))
+    )
+    np.testing.assert_allclose(moved, before + np.array((50 * DT, 25 * DT, 0, 0, 0)))
+    lower = (0, PLACE.height / 2, 0, 0, 0)
+    np.testing.assert_allclose(grown, moved * (1, 1, 1, 2, 1) + lower)
 
 
 def test_an_object_may_reappear_beside_its_occluder() -> None:

@@ -129,6 +129,16 @@ def test_a_look_is_what_is_not_beside_the_object() -> None:
     assert costs([look(BLUE, GREEN)], known).argmin() == 1
 
 
+def test_a_look_has_the_colors_of_both_halves_before_two_grounds() -> None:
+    left, right = (Box(0, 0, 105, SIZE[1]), BLUE), (Box(105, 0, 95, SIZE[1]), GREEN)
+    shirt, trousers = (Box(103, 30, 4, 20), RED), (Box(103, 50, 4, 20), GRAY)
+    seen = picture(0, left, right, shirt, trousers)
+    (look,) = Look.at(seen, [Ellipse.from_box(Box(90, 30, 30, 40))])
+    upper, lower = look.color.reshape(2, -1)
+    assert (upper.max(), lower.max()) == pytest.approx((0.5, 0.5))
+    assert upper.argmax() != lower.argmax()
+
+
 SIDE = 24
 GROUND = np.random.default_rng(0).integers(90, 110, (80, 200, 3)).astype(np.uint8)
 

@@ -97,7 +97,7 @@ def _gamma_and_contrast(usual: Singles, sparse: Singles) -> tuple[Floats, Floats
 def _line(x: Singles, y: Singles, u: Singles, v: Singles) -> tuple[Singles, Singles]:
     """Return offset and slope (3,) of the lines from values x (3, n) to y.
 
-    `u` and `v` are of groups of them, (3, KNOTS, 2): both values in the middle.
+    `u` and `v` are the x and y of groups of pixels, (3, KNOTS, 2): both values in the middle.
     """
     across, up = (ends[..., 0] + ends[..., 1] for ends in (u, v))  # twice the medians
     runs = across[:, SECOND] - across[:, FIRST]

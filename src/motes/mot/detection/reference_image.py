@@ -67,12 +67,12 @@ class ReferenceImage:
         return moved
 
 
-def _relit(picture: Singles, other: Singles) -> Singles:
-    """Return a picture with the shades of another: as many pixels below each gray value."""
+def _relit(picture: Singles, shades: Singles) -> Singles:
+    """Return a picture with other shades: as many of its pixels below each of these gray values."""
     own = _shades(picture)
-    if np.abs(own - other).max() < 1:
+    if np.abs(own - shades).max() < 1:
         return picture
-    change = np.interp(np.arange(256), own, other - own).astype(np.float32)
+    change = np.interp(np.arange(256), own, shades - own).astype(np.float32)
     relit: Singles = picture + change[picture.astype(np.uint8)]
     return relit
 
