@@ -49,6 +49,7 @@ if TYPE_CHECKING:
         outlines,
         particles,
         planes,
+        preview,
         sampling,
         search_window,
         selective_update,
@@ -78,6 +79,7 @@ else:
     outlines = _compiled.outlines
     particles = _compiled.particles
     planes = _compiled.planes
+    preview = _compiled.preview
     sampling = _compiled.sampling
     search_window = _compiled.search_window
     selective_update = _compiled.selective_update
@@ -106,6 +108,7 @@ __all__ = [
     "outlines",
     "particles",
     "planes",
+    "preview",
     "sampling",
     "search_window",
     "selective_update",

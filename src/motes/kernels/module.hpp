@@ -21,6 +21,7 @@
 #include "outlines.hpp"
 #include "particles.hpp"
 #include "planes.hpp"
+#include "preview.hpp"
 #include "sampling.hpp"
 #include "search_window.hpp"
 #include "selective_update.hpp"
@@ -141,6 +142,8 @@ inline bool add_kernels(PyObject* extension) {
                 brief<planes::mean_difference>("mean_difference"),
                 brief<planes::medians>("medians"), brief<planes::median_ratio>("median_ratio"),
                 unlocked<planes::window_sums>("window_sums")}) &&
+           add(extension, "preview", {unlocked<preview::usual_colors>("usual_colors")},
+               {{"MOST", preview::MOST}}) &&
            add(extension, "sampling",
                {brief<pixels_within>("pixels_within"), brief<colors_at>("colors_at"),
                 unlocked<sampling::values_within>("values_within"),

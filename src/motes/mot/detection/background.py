@@ -7,7 +7,6 @@ connected parts of the foreground are the objects.
 from __future__ import annotations
 
 import contextlib
-import math
 from collections.abc import Iterable, Sequence
 from typing import Annotated
 
@@ -33,6 +32,7 @@ from motes.mot.detection.illumination import (
 )
 from motes.mot.detection.mixture import FIRST, Mixture
 from motes.mot.detection.planes import Planes, planes_of
+from motes.mot.detection.preview import Preview, usual_colors
 from motes.mot.detection.reference_image import ReferenceImage
 from motes.mot.detection.selective_update import SelectiveUpdate
 from motes.mot.detection.sway import FARTHEST, LASTS, STEP, Sway, moved, unseen
@@ -64,12 +64,6 @@ MOVES = (
     "the camera moves; what moves before it is not seen: give --camera moving, or a trained "
     "detector"
 )
-PREVIEWED = 31
-"""Largest number of frames from which the first background is made; at least half of it."""
-DENSEST = 1 / 3
-"""Share of these frames that show the background of a pixel, at least."""
-RETURNS = 1 / 2
-"""Share of the time between the first and the last of them, at least; an object passes sooner."""
 
 
 class BackgroundConfig(DetectorConfig, Config, frozen=True, tag="background"):
@@ -160,25 +154,25 @@ class BackgroundDetector:
     def prepare(self, frames: Iterable[Frame]) -> None:
         """Take the usual colors of a film's first `preview` seconds as the background.
 
-        A frame that cannot be read ends it; the run itself reports that, at that frame.
+        A frame that cannot be read, or of another size, ends it; the run itself reports that, at
+        that frame.
 
         Parameters
         ----------
         frames
             Frames of the same camera, from the first on.
         """
-        pictures: list[Bytes] = []
-        step, start = 1, None
+        preview, first = Preview(), None
         with contextlib.suppress(SourceError):
-            for number, frame in enumerate(frames):
-                start = frame.time if start is None else start
-                if frame.time - start > self.config.preview:
+            for frame in frames:
+                first = first or frame
+                if frame.time - first.time > self.config.preview:
                     break
-                if number % step == 0:
-                    pictures.append(frame.pixels.copy())
-                if len(pictures) > PREVIEWED:  # every other one stays
-                    pictures, step = pictures[::2], 2 * step
-        if pictures and self.config.preview:
+                if frame.pixels.shape != first.pixels.shape:
+                    break
+                preview.add(frame.pixels)
+        pictures = preview.pictures
+        if len(pictures) and self.config.preview:
             middle = sorted(pictures, key=np.mean)[len(pictures) // 2].copy()
             usual, sway = Exposure(middle), Sway()
             sway.refer(middle[:, :, 1])
@@ -187,7 +181,7 @@ class BackgroundDetector:
                 picture[:] = moved(picture, sway.shift, middle)
                 if (curves := usual.curves(picture)) is not None:
                     picture[:] = planes_of(picture, tables_of(curves)).transpose(1, 2, 0)
-            self._first = densest(pictures)
+            self._first = usual_colors(pictures)
 
     def observe(self, moved: Sequence[Box]) -> None:
         """Take the boxes where the objects that have moved should be in the next frame."""
@@ -306,30 +300,3 @@ class BackgroundDetector:
 
     def _warn(self, frame: Frame, kind: str, text: str) -> None:
         self.warnings.setdefault(kind, f"Frame {frame.index}: {text}.")
-
-
-def densest(pictures: Sequence[Bytes]) -> Bytes:
-    """Return the usual colors of each pixel in pictures (H, W, 3).
-
-    They are the mean over the third of the pictures whose brightness is closest together, and which
-    do not lie close together in time. The objects before a background differ, and pass; it does
-    not, and returns. So it is found also where it is seen in fewer than half of the pictures.
-    """
-    count = math.ceil(len(pictures) * DENSEST)
-    times = np.arange(len(pictures))
-    # From both ends of the time inwards: the first pictures of one brightness tell when it is seen.
-    times = times[np.argsort(np.minimum(times, times[::-1]), kind="stable")]
-    rows = []
-    for y in range(len(pictures[0])):  # row by row, which needs little memory
-        colors = np.stack([picture[y] for picture in pictures]).astype(np.int16)  # (n, W, 3)
-        brightness = colors.sum(axis=2)
-        order = times[np.argsort(brightness[times], axis=0, kind="stable")]
-        ranked = np.take_along_axis(brightness, order, axis=0)
-        width = ranked[count - 1 :] - ranked[: len(pictures) - count + 1]
-        groups = np.lib.stride_tricks.sliding_window_view(order, count, axis=0)
-        passing = np.ptp(groups, axis=2) < RETURNS * len(pictures)
-        first = np.where(passing, width + 3 * 256, width).argmin(axis=0)
-        chosen = np.take_along_axis(order, first + np.arange(count)[:, None], axis=0)
-        own = np.take_along_axis(colors, chosen[:, :, None], axis=0)
-        rows.append(np.rint(own.mean(axis=0)).astype(np.uint8))
-    return np.stack(rows)
