@@ -501,6 +501,36 @@ def test_a_prepared_detector_finds_who_is_in_the_first_frame(
         assert len(later) == 1 + (not prepared)  # and leaves no ghost
 
 
+def test_a_detector_that_is_not_prepared_learns_the_usual_colors_by_and_by(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Who stands in the first frame leaves a ghost, until it is seen that the place is free."""
+    monkeypatch.setattr(ghosts, "GHOST", 0.0)
+    film = [frame(index, 20 + 3 * index) for index in range(36)]
+    counts = {}
+    for preview in (0.0, 30.0):
+        detector = BackgroundDetector(BackgroundConfig(preview=preview))
+        counts[preview] = [len(detector(picture)) for picture in film]
+    assert counts[0.0][12:] == [2] * 24
+    assert counts[30.0][12:15] == [2] * 3
+    assert counts[30.0][15:] == [1] * 21
+
+
+def test_after_another_light_the_usual_colors_are_learned_anew(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(ghosts, "GHOST", 0.0)
+    film = [frame(index, 3 * index) for index in range(45)]
+    for picture in film[8:]:
+        picture.pixels[:] //= 3
+    detector = BackgroundDetector()
+    detector.prepare(film[:8])
+    counts = [len(detector(picture)) for picture in film]
+    assert "light" in detector.warnings
+    assert counts[20] == 2
+    assert counts[25:] == [1] * 20
+
+
 def test_patience_has_an_end() -> None:
     config = BackgroundConfig(history=20, trial=1, patience=8)
     scene = Scene(BackgroundDetector(config))

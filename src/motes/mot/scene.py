@@ -238,9 +238,9 @@ class Scene:
     def prepare(self, frames: Iterable[Frame | NDArray[Any]]) -> None:
         """Let the detector see the begin of a film, before the first frame of the same film.
 
-        A `BackgroundDetector` learns what the background is: else it is the first frame, and an
-        object that stands there leaves a ghost. Other detectors read no frame. `frames` are those
-        of `watch`.
+        A `BackgroundDetector` learns what the background is: else it begins with the first frame,
+        and an object that stands there leaves a ghost for a time. Other detectors read no frame.
+        `frames` are those of `watch`.
         """
         if isinstance(self.detector, PreparedDetector):
             self.detector.prepare(_in_order(frames, None))

@@ -86,8 +86,8 @@ class BackgroundConfig(DetectorConfig, Config, frozen=True, tag="background"):
     smaller value removes darker shadows; with 1 no light is removed."""
     preview: NonNegative = 30.0
     """Seconds at the begin of a film whose usual colors are the first background, so that an object
-    of the first frame leaves no ghost. With 0, and before a live camera, the first frame is the
-    first background."""
+    of the first frame leaves no ghost. Before a live camera, and where a light is switched on, they
+    become the background while they come. With 0 it is the first frame."""
     trial: NonNegative = 10.0
     """Seconds for which foreground is not learned as background where no object is that has moved.
     With a larger value a mistake stays longer."""
@@ -121,7 +121,7 @@ class BackgroundDetector:
     or was a known object's in the frame before (`foreground_memory`). Foreground is not learned for
     a time (`SelectiveUpdate`). A patch without edges of its own is no object: an object that has
     become background there has left the place (`ghosts`). A frame that is mostly foreground, as
-    when a light is switched on, has no detections, and the background is learned anew from it.
+    when a light is switched on, has no detections, and the background is learned anew from it on.
 
     Parameters
     ----------
@@ -146,6 +146,7 @@ class BackgroundDetector:
         self.config = config
         self._model = Mixture(config.deviations)
         self._first: Bytes | None = None
+        self._preview: Preview | None = None
         self._shape: tuple[int, ...] | None = None
         self._flooded = self._rest = self._frames = 0
         self._moved: Sequence[Box] = ()
@@ -197,6 +198,7 @@ class BackgroundDetector:
                 self._begin(pixels, frame)
                 return []
             self._begin(first, frame)
+            self._preview = None  # that was it
         pixels = self._steady(pixels, FARTHEST if begins else STEP)
         known = self._shifted(self._moved, -1)
         if self._reference.has_moved(pixels) or self._sway.ends:
@@ -208,6 +210,7 @@ class BackgroundDetector:
         planes, background = self._exposed(pixels), self._background.planes
         rows, columns = unseen(self._sway.shift)  # they have the exposure of the background
         planes[:, rows], planes[:, :, columns] = background[:, rows], background[:, :, columns]
+        self._renew(planes, frame)
         mask = self._foreground(planes, known)
         if np.count_nonzero(mask) > self.config.most * mask.size:
             self._begin(frame.pixels, frame)
@@ -234,13 +237,28 @@ class BackgroundDetector:
         config, planes = self.config, planes_of(pixels)
         self._exposure = Exposure(pixels)
         self._reference = ReferenceImage(pixels)
-        self._update = SelectiveUpdate(planes, frame.time, config.trial, config.patience)
-        self._model.begin(planes)
+        self._preview, self._begun = Preview() if config.preview else None, frame.time
+        if self._preview is not None:
+            self._preview.add(pixels)
+        self._learn(planes, frame)
         self._background = Background(planes, self.config.noise)
         self._sway = Sway()
         self._sway.refer(planes[1])
         self._memory = ForegroundMemory()
+
+    def _learn(self, planes: Planes, frame: Frame) -> None:
+        """Take a picture as the background, and forget the frames before."""
+        config = self.config
+        self._update = SelectiveUpdate(planes, frame.time, config.trial, config.patience)
+        self._model.begin(planes)
         self._frames = 0
+
+    def _renew(self, planes: Planes, frame: Frame) -> None:
+        """Take the usual colors since it began as the background, as often as they tell more."""
+        if self._preview and frame.time - self._begun > self.config.preview:
+            self._preview = None
+        if self._preview and self._preview.add(planes.transpose(1, 2, 0)):
+            self._learn(planes_of(usual_colors(self._preview.pictures)), frame)
 
     @property
     def _rate(self) -> float:
