@@ -19,7 +19,7 @@ class Detection:
     box: Box
     """Where it is. It may be given as any four numbers: `as_detections` makes a `Box` of them."""
     score: float = 1.0
-    """A larger score is more certain."""
+    """A larger score is more certain, on any scale: that of `detections.least`."""
     label: str | None = None
     """The name of its class, such as "car"; None if the detector knows no classes."""
 
