@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
+from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.types import Numbers
@@ -81,6 +82,15 @@ class DetectorConfig:
     @abstractmethod
     def detector(self) -> Detector:
         """Return a detector with these settings."""
+
+
+def check_detector(detector: object) -> None:
+    """Raise a ConfigError if a detector cannot be called."""
+    if isinstance(detector, type) or not callable(detector):
+        raise ConfigError(
+            f"A detector is a callable from a Frame to Detections, such as "
+            f"motes.BackgroundDetector(); got {detector!r}."
+        )
 
 
 def usable(found: Detection, frame: Frame) -> bool:

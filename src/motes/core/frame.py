@@ -26,6 +26,8 @@ DEPTHS = (8, 10, 12, 14, 16)
 """The bits of cameras whose pictures are held in 16."""
 OUTLIERS = 1e-4
 """Share of the pixels that may be brighter than the depth holds, as a sensor's stuck ones are."""
+OTHER_COLORS = ("P", "CMYK", "YCbCr", "LAB", "HSV")
+"""Modes of Pillow whose arrays look like gray or RGB."""
 
 
 class Frame(msgspec.Struct, frozen=True, eq=False):
@@ -137,13 +139,18 @@ def as_rgb(pixels: NDArray[Any], depth: int | None = None) -> Bytes:
         return pixels
     if pixels is None:
         raise SourceError("There is no picture, but None; has the film ended?")
-    image = np.asarray(pixels)
+    if getattr(pixels, "mode", "RGB") in OTHER_COLORS:
+        raise SourceError("This image of Pillow has no RGB; give image.convert('RGB').")
+    try:
+        image = np.asarray(pixels)
+    except ValueError:  # as the pair of OpenCV's read
+        image = np.empty(0)
     if image.ndim == 2:
         image = image[:, :, None]
     if image.ndim != 3 or image.shape[2] not in (1, 3, 4) or image.size == 0:
         raise SourceError(
             f"An image has shape (height, width), or (height, width, 1, 3 or 4); got "
-            f"{image.shape or type(pixels).__name__}."
+            f"{getattr(pixels, 'shape', None) or type(pixels).__name__}."
         )
     if image.dtype == np.uint16:
         used = depth_of(image) if depth is None else depth

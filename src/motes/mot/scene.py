@@ -23,6 +23,7 @@ from motes.core.detection import (
     Detector,
     ObservingDetector,
     PreparedDetector,
+    check_detector,
     usable,
 )
 from motes.core.errors import ConfigError, SourceError
@@ -187,11 +188,7 @@ class Scene:
         self.config = scene_config(config) if isinstance(config, str) else config
         if not isinstance(self.config, SceneConfig):
             raise ConfigError(f"A scene takes a preset's name or a SceneConfig; got {config!r}.")
-        if isinstance(detector, type) or not callable(detector):
-            raise ConfigError(
-                f"A detector is a callable from a Frame to Detections, such as "
-                f"motes.BackgroundDetector(); got {detector!r}."
-            )
+        check_detector(detector)
         self.detector = before_camera(detector, self.config.camera)
         self._seed = checked_seed(seed)
         self._state = SceneState()
@@ -249,6 +246,7 @@ class Scene:
         of `watch`.
         """
         if isinstance(self.detector, PreparedDetector):
+            check_frames(frames)
             self.detector.prepare(_in_order(frames, None))
 
     def expect(self, expected: Sequence[Expected]) -> None:
@@ -294,6 +292,7 @@ class Scene:
         SourceError
             As `update`. Errors of `frames` and of the detector come after the frames before.
         """
+        check_frames(frames)
         found = ((frame, self._detect(frame)) for frame in _in_order(frames, self._last))
         queue = self.config.detections.every
         with prefetch(found, queue) if ahead else contextlib.nullcontext(found) as detected:
@@ -401,6 +400,13 @@ class Scene:
                 f"Frame {frame.index} at {frame.time:g} s does not come after {last.time:g} s; "
                 f"give frames in order."
             )
+
+
+def check_frames(frames: Any) -> None:
+    """Raise a ConfigError for a single picture, a name, and what has no frames at all."""
+    single = getattr(frames, "shape", ())[2:] in ((3,), (4,))
+    if single or isinstance(frames, str) or not isinstance(frames, Iterable):
+        raise ConfigError(f"Give the frames of a film, as of motes.open_source; got {frames!r}.")
 
 
 def _in_order(pictures: Iterable[Frame | NDArray[Any]], last: Frame | None) -> Iterator[Frame]:

@@ -16,8 +16,8 @@ from av.video.reformatter import VideoReformatter
 from numpy.typing import NDArray
 
 from motes.core.errors import ConfigError, FormatError
-from motes.core.files import PartialFile
-from motes.core.frame import NUMBER
+from motes.core.files import PartialFile, as_path
+from motes.core.frame import NUMBER, Frame
 from motes.video.decoder import ONE_THREAD
 
 # With a fragment or cluster for each picture, the file of a killed program can be read. On closing,
@@ -62,7 +62,7 @@ class VideoWriter:
     """
 
     def __init__(self, path: str | Path, fps: float, overwrite: bool = False) -> None:
-        self.path = Path(path)
+        self.path = as_path(path)
         if self.path.suffix.lower() not in ENDINGS:
             raise ConfigError(f"{path} does not end like a video; use {', '.join(ENDINGS)}.")
         if not (isinstance(fps, NUMBER) and math.isfinite(fps) and fps > 0):
@@ -100,6 +100,8 @@ class VideoWriter:
             If the picture has another shape or type, or the disk is full; earlier pictures stay in
             the partial file.
         """
+        if isinstance(pixels, Frame):
+            raise FormatError("Write a Frame's pixels, as write(frame.pixels, frame.time).")
         pixels = np.asarray(pixels)
         if pixels.dtype != np.uint8 or pixels.ndim != 3 or pixels.shape[2] != 3:
             raise FormatError(
