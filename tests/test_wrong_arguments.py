@@ -58,6 +58,21 @@ def rows(film: Path, *what: Any) -> None:
     writer.write(*what)
 
 
+def known() -> motes.KnownTarget:
+    color = motes.cues.Color()
+    return motes.KnownTarget.learn(color, motes.Frame(0, 0.0, PIXELS), BOX)  # type: ignore[arg-type]
+
+
+def found(score: Any, label: Any) -> object:
+    return motes.as_detections([motes.Detection(motes.Box(*BOX), score, label)])
+
+
+def closed(film: Path) -> motes.VideoWriter:
+    with motes.VideoWriter(film.with_name("closed.mp4"), fps=25, overwrite=True) as writer:
+        writer.write(PIXELS)
+    return writer
+
+
 LINE = motes.Line((0, 0, 9, 9))
 
 
@@ -93,6 +108,14 @@ CALLS: dict[str, tuple[Callable[[Any], object], str]] = {
     "no detector": (lambda _: motes.Tracker().detect(PIXELS, "people"), "callable"),  # type: ignore[arg-type]
     "no known target": (lambda _: motes.Tracker("nummiaro").search(PIXELS, BOX), "KnownTarget"),  # type: ignore[arg-type]
     "a network's number": (lambda _: motes.Tracker(network=3), "give files"),  # type: ignore[arg-type]
+    "no place": (lambda _: motes.Tracker("nummiaro").search(PIXELS, known(), [BOX]), "Places"),  # type: ignore[list-item]
+    "a score of None": (lambda _: found(None, None), "must return"),
+    "a class of bytes": (lambda _: found(0.5, b"car"), "must return"),
+    "a film too large": (
+        lambda film: writing(film, pixels=np.zeros((20000, 20000, 3), np.uint8)),
+        "cannot be written",
+    ),
+    "a picture after the end": (lambda film: closed(film).write(PIXELS), "is closed"),
     "no preset": (lambda _: motes.preset(None), "No preset"),  # type: ignore[arg-type]
     "changes alone": (lambda _: motes.configure({"particles": 3}), "preset's name"),  # type: ignore[arg-type]
     "changes as text": (lambda _: motes.configure("nummiaro", "particles=3"), "changes"),  # type: ignore[arg-type]
@@ -161,3 +184,9 @@ def test_a_network_learns_of_an_image_and_a_tuple(tmp_path: Path) -> None:
     np.testing.assert_array_equal(one.template, other.template)
     with pytest.raises(motes.SourceError, match="no picture"):
         network.learn(None, BOX)  # type: ignore[arg-type]
+
+
+def test_numbers_and_classes_of_detections_may_have_any_type() -> None:
+    assert motes.as_detections([motes.Detection(motes.Box(*BOX), np.float32(0.5), 2)]) == [  # type: ignore[arg-type]
+        motes.Detection(motes.Box(*BOX), 0.5, "2")
+    ]

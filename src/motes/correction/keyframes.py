@@ -146,8 +146,8 @@ def read_keyframes(path: str | Path) -> dict[str, dict[int, Ellipse | None]]:
     titled = False
     for number, line in enumerate(lines_of(text), start=1):
         fields = [field.strip().strip('"') for field in line.split(",")]
-        if number == 1 and fields[0] in ("frame", "film"):
-            size, titled = _size_of_titles(path, fields), True
+        if number == 1 and fields[0].lower() in ("frame", "film"):
+            size, titled = _size_of_titles(path, [field.lower() for field in fields]), True
             continue
         if not any(fields) or fields[0].startswith("#"):
             continue

@@ -194,8 +194,8 @@ class Tracker:
                 "Only a particle filter can search for a known target; choose preset nummiaro, or "
                 "another one."
             )
-        if not isinstance(target, KnownTarget):
-            raise ConfigError(f"Search for a KnownTarget; got {target!r}. init takes a region.")
+        if not (isinstance(target, KnownTarget) and all(isinstance(p, Place) for p in places)):
+            raise ConfigError("Search for a KnownTarget, at Places; init takes a region.")
         models = target.models_for(config.cues)
         picture = as_frame(frame)
         middle = target.size._replace(x=picture.width / 2, y=picture.height / 2)

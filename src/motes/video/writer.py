@@ -114,6 +114,8 @@ class VideoWriter:
                 f"{self.path.name} is written by another process, of which this one is a child; "
                 f"write a file of its own in each."
             )
+        if self._container is None and self._file is not None:
+            raise FormatError(f"{self.path} is closed; write to it before.")
         if self._container is None:
             self._shape = pixels.shape
             self._container = self._begin(pixels.shape[0], pixels.shape[1])
@@ -127,10 +129,10 @@ class VideoWriter:
             pixels = np.pad(pixels, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
         seconds = self._frames / self._fps if time is None else time
         self._last = max(round(seconds * 1000), self._last + 1)
-        frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(pixels), format="rgb24")
-        frame = self._reformatter.reformat(frame, format="yuv420p", **ONE_THREAD)
-        frame.pts, frame.time_base = self._last, _MILLISECOND
         try:
+            frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(pixels), format="rgb24")
+            frame = self._reformatter.reformat(frame, format="yuv420p", **ONE_THREAD)
+            frame.pts, frame.time_base = self._last, _MILLISECOND
             self._container.mux(self._stream.encode(frame))
         except (av.FFmpegError, OSError) as error:
             if not self._frames:
