@@ -186,6 +186,11 @@ def test_a_network_learns_of_an_image_and_a_tuple(tmp_path: Path) -> None:
         network.learn(None, BOX)  # type: ignore[arg-type]
 
 
+def test_tracks_of_a_scene_may_be_those_of_a_mapping() -> None:
+    tracks: Any = {1: started().info.track}.values()
+    assert motes.draw_scene(PIXELS, tracks).shape == PIXELS.shape
+
+
 def test_numbers_and_classes_of_detections_may_have_any_type() -> None:
     assert motes.as_detections([motes.Detection(motes.Box(*BOX), np.float32(0.5), 2)]) == [  # type: ignore[arg-type]
         motes.Detection(motes.Box(*BOX), 0.5, "2")

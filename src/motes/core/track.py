@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping
 from enum import StrEnum
 from typing import Any, Self
 
@@ -246,5 +246,5 @@ def finite(value: float) -> float | None:
 
 def check_listed(tracks: object) -> None:
     """Raise a ConfigError if these are not the tracks of a frame."""
-    if not isinstance(tracks, Sequence) or not all(isinstance(each, Track) for each in tracks):
+    if not isinstance(tracks, Collection) or not all(isinstance(each, Track) for each in tracks):
         raise ConfigError(f"Give a list of Tracks, as Scene.update returns it; got {tracks!r}.")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -172,6 +172,6 @@ def to_bytes(image: Floats) -> NDArray[np.uint8]:
 
 def scale_of(size: tuple[int, int]) -> float:
     """Return how many times larger than 640x480 a frame is, in its relatively smaller direction."""
-    if not isinstance(size, Sequence):
+    if not hasattr(size, "__len__"):
         raise ConfigError(f"A size is (width, height), two numbers of pixels; got {size!r}.")
     return min(size[0] / 640, size[1] / 480)
