@@ -137,6 +137,7 @@ CALLS: dict[str, tuple[Callable[[Any], object], str]] = {
     "one line to draw": (lambda _: motes.draw_scene(PIXELS, [], {}, LINE), "as Regions"),  # type: ignore[arg-type]
     "boxes to count": (lambda _: counter().update([BOX]), "list of Tracks"),  # type: ignore[list-item]
     "a time as text": (lambda _: counter().update([], "0"), "in seconds"),  # type: ignore[arg-type]
+    "a width to count in": (lambda _: motes.EventCounter(None, 640), "width and height"),  # type: ignore[arg-type]
     "a name to watch": (lambda film: watched(str(film)), "frames of a film"),
     "one picture to watch": (lambda _: watched(PIXELS), "frames of a film"),
     "one frame to watch": (lambda _: watched(motes.Frame(0, 0, PIXELS)), "frames of a film"),

@@ -246,7 +246,6 @@ class Scene:
         of `watch`.
         """
         if isinstance(self.detector, PreparedDetector):
-            check_frames(frames)
             self.detector.prepare(_in_order(frames, None))
 
     def expect(self, expected: Sequence[Expected]) -> None:
@@ -292,7 +291,6 @@ class Scene:
         SourceError
             As `update`. Errors of `frames` and of the detector come after the frames before.
         """
-        check_frames(frames)
         found = ((frame, self._detect(frame)) for frame in _in_order(frames, self._last))
         queue = self.config.detections.every
         with prefetch(found, queue) if ahead else contextlib.nullcontext(found) as detected:
@@ -402,15 +400,11 @@ class Scene:
             )
 
 
-def check_frames(frames: Any) -> None:
-    """Raise a ConfigError for a single picture, a name, and what has no frames at all."""
-    single = getattr(frames, "shape", ())[2:] in ((3,), (4,))
-    if single or isinstance(frames, str) or not isinstance(frames, Iterable):
-        raise ConfigError(f"Give the frames of a film, as of motes.open_source; got {frames!r}.")
-
-
-def _in_order(pictures: Iterable[Frame | NDArray[Any]], last: Frame | None) -> Iterator[Frame]:
-    """Yield pictures as frames, each after the one before."""
+def _in_order(pictures: Any, last: Frame | None) -> Iterator[Frame]:
+    """Yield pictures as frames, each after the one before; raise a ConfigError for a single one."""
+    single = getattr(pictures, "shape", ())[2:] in ((3,), (4,))
+    if single or isinstance(pictures, str) or not isinstance(pictures, Iterable):
+        raise ConfigError(f"Give the frames of a film, as of motes.open_source; got {pictures!r}.")
     for picture in pictures:
         last = as_frame(picture, last)
         yield last

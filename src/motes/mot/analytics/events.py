@@ -97,6 +97,8 @@ class EventCounter:
             raise ConfigError(
                 f"An EventCounter takes Regions, such as motes.Regions(line=(line,)); got {places}."
             )
+        if size is not None and (not hasattr(size, "__len__") or len(size) != 2):
+            raise ConfigError(f"The size of a picture is its width and height; got {size!r}.")
         places = places or Regions()
         self._lines, self._zones, self._ground = places.lines, places.zones, places.ground
         self._size = size
