@@ -13,7 +13,7 @@ from hypothesis.extra import numpy as hnp
 
 from motes import kernels
 from motes.core.errors import SourceError
-from motes.core.frame import Frame, _readable, as_frame, as_rgb
+from motes.core.frame import Frame, _readable, _say, as_frame, as_rgb
 from motes.mot.scene import Scene
 from motes.sot.batch import Trackers
 from motes.sot.tracker import Tracker
@@ -81,6 +81,22 @@ def test_values_of_fewer_bits_in_sixteen_keep_their_shades(tmp_path: Path) -> No
     assert as_rgb(stuck).min() == 300 >> 2
     with pytest.raises(SourceError, match="depth"):
         as_rgb(deep, 11)
+
+
+def test_a_dark_first_picture_is_said(caplog: pytest.LogCaptureFixture) -> None:
+    """Depth cameras begin before their light does: then all later pictures would be white."""
+    _say.cache_clear()
+    dark: Any = RGB.astype(np.uint16)
+    first = as_frame(dark)
+    for image in (dark, dark << 4, dark << 4):
+        as_frame(image, first)
+    assert [text[:22] for text in caplog.messages] == [
+        "the pictures use 8 of ",
+        "a picture is too brigh",
+    ]
+    caplog.clear()
+    assert as_frame(dark << 8, Frame(0, 0.0, dark, depth=16)).pixels.max() == RGB.max()
+    assert not caplog.messages
 
 
 @pytest.mark.parametrize(

@@ -28,7 +28,7 @@ def test_a_file_of_keyframes(tmp_path: Path) -> None:
 
 def test_rows_may_name_their_film(tmp_path: Path) -> None:
     path = tmp_path / "keys.csv"
-    path.write_text("film,frame,region\na.mp4,0,3,2,40,60\nb.mp4,5,1,1,20,20\na.mp4,9,absent\n")
+    path.write_text("Film,Frame,Region\na.mp4,0,3,2,40,60\nb.mp4,5,1,1,20,20\na.mp4,9,absent\n")
     found = read_keyframes(path)
     assert {film: list(marks) for film, marks in found.items()} == {"a.mp4": [0, 9], "b.mp4": [5]}
 

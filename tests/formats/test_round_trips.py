@@ -250,6 +250,7 @@ def test_a_file_of_keyframes(tmp_path: Path) -> None:
         ("a.txt", "1.0e+00 4.0e+00 2.0e+00 3e0 4e0 5e0 1e0 -1 -1 -1\n", "mot"),
         ("a.txt", "1.0e+00 -1.0e+00 2e0 3e0 4e0 5e0 1e0 -1 -1 -1\n", "mot-detections"),
         ("gt.txt", "1,4,2,3,4,5,1,1\n", "mot-truth"),
+        ("det.txt", "1,-1,2,3,4,5,0.9,-1\n", "mot-detections"),
         ("a.txt", "0 0.5 0.5 0.1 0.1\n", None),
         ("a.txt", "hello, world; what is this\n", None),
         ("a.csv", '"frame","time","id"\n', "csv"),

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes.core.frame import Frame
@@ -15,6 +16,7 @@ from motes.mot.detection.exposure import Exposure
 from motes.mot.detection.reference_image import LASTS, ReferenceImage
 from motes.mot.detection.sway import FARTHEST
 from motes.mot.scene import Scene
+from motes.mot.scene_config import DetectionSelection, scene_config
 from motes.synthetic.scenery import noise, to_bytes
 
 Picture = NDArray[np.uint8]
@@ -189,3 +191,28 @@ def test_an_exposure_is_no_motion(gain: float) -> None:
     brighter = (here * gain).clip(0, 255).astype(np.uint8)
     assert not ReferenceImage(here.astype(np.uint8)).has_moved(brighter)
     assert ReferenceImage(brighter).has_moved(there.astype(np.uint8))
+
+
+@pytest.mark.parametrize("sides", [True, False])
+def test_corners_are_no_boxes_and_that_is_said_once(sides: bool) -> None:
+    """Two go through the picture, and one of them out of it; as sides, most leave it at once."""
+    scene = Scene(lambda frame: [boxed(frame.index * 4 + x, y) for x, y in ((20, 60), (150, 9))])
+
+    def boxed(x: int, y: int) -> tuple[int, ...]:
+        return (x, y, x + 20, y + 40) if sides else (x, y, 20, 40)
+
+    for frame in film(lambda index: ground(0), 15):
+        scene.update(frame)
+    assert list(scene.warnings) == ["corners"] * sides
+    if sides:
+        assert scene.warnings["corners"].startswith("Frame 9: most boxes so far fit into the pict")
+
+
+@pytest.mark.parametrize(
+    ("least", "score", "said"), [(0.4, 87, True), (0.4, 2.5, False), (40, 87, False)]
+)
+def test_a_least_score_on_another_scale_is_said(least: float, score: float, said: bool) -> None:
+    config = replace(scene_config(), detections=DetectionSelection(least=least))
+    scene = Scene(lambda frame: [(20, 20, 20, 20, score)], config)
+    scene.update(next(film(lambda index: ground(0), 1)))
+    assert list(scene.warnings) == ["scale"] * said

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -88,8 +87,10 @@ def _column(value: Any, name: str, count: int, usual: Any) -> list[Any]:
 
 def _from_row(row: Any, names: Names) -> Detection:
     if isinstance(row, Detection):
-        box: Any = row.box
-        return row if isinstance(box, Box) else replace(row, box=Box(*map(float, in_order(box))))
+        box, score, label = row.box, row.score, row.label
+        if isinstance(box, Box) and type(score) is float and isinstance(label, str | None):
+            return row
+        return Detection(Box(*map(float, in_order(box))), float(score), label_of(label, names))
     values = list(in_order(row))
     x, y, width, height = map(float, values[:4])  # fewer or more than six are refused
     score, number = values[4:] + [1.0, None][len(values) - 4 :]

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
+from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.types import Numbers
@@ -19,7 +20,7 @@ class Detection:
     box: Box
     """Where it is. It may be given as any four numbers: `as_detections` makes a `Box` of them."""
     score: float = 1.0
-    """A larger score is more certain."""
+    """A larger score is more certain, on any scale: that of `detections.least`."""
     label: str | None = None
     """The name of its class, such as "car"; None if the detector knows no classes."""
 
@@ -81,6 +82,15 @@ class DetectorConfig:
     @abstractmethod
     def detector(self) -> Detector:
         """Return a detector with these settings."""
+
+
+def check_detector(detector: object) -> None:
+    """Raise a ConfigError if a detector cannot be called."""
+    if isinstance(detector, type) or not callable(detector):
+        raise ConfigError(
+            f"A detector is a callable from a Frame to Detections, such as "
+            f"motes.BackgroundDetector(); got {detector!r}."
+        )
 
 
 def usable(found: Detection, frame: Frame) -> bool:

@@ -14,9 +14,9 @@ import secrets
 import shutil
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
-from motes.core.errors import FormatError, MotesError, SourceError
+from motes.core.errors import ConfigError, FormatError, MotesError, SourceError
 from motes.core.platforms import system
 
 PARTIAL = ".partial-" + "[0-9a-f]" * 16
@@ -61,6 +61,14 @@ def open_rows(path: str | Path, overwrite: bool) -> BinaryIO:
     return open(_followed(path), "xb", buffering=0)
 
 
+def as_path(path: Any) -> Path:
+    """Return a path; raise a ConfigError if it is none."""
+    try:
+        return Path(path)
+    except TypeError:
+        raise ConfigError(f"Give the name of a file; got {path!r}.") from None
+
+
 def read_text(
     path: str | Path, kind: type[MotesError] = SourceError, newline: str | None = None
 ) -> str:
@@ -68,6 +76,7 @@ def read_text(
 
     With the `newline` "", its ends of lines stay as they are.
     """
+    as_path(path)
     try:
         with open(path, encoding="utf-8-sig", newline=newline) as file:
             return file.read()

@@ -26,6 +26,8 @@ DEPTHS = (8, 10, 12, 14, 16)
 """The bits of cameras whose pictures are held in 16."""
 OUTLIERS = 1e-4
 """Share of the pixels that may be brighter than the depth holds, as a sensor's stuck ones are."""
+OTHER_COLORS = ("P", "CMYK", "YCbCr", "LAB", "HSV")
+"""Modes of Pillow whose arrays look like gray or RGB."""
 
 
 class Frame(msgspec.Struct, frozen=True, eq=False):
@@ -59,11 +61,18 @@ class Frame(msgspec.Struct, frozen=True, eq=False):
         if _readable(self.pixels):
             return  # the usual case, and fast
         depth = self.depth
-        if depth is None and getattr(self.pixels, "dtype", None) == np.uint16:
-            depth = depth_of(np.asarray(self.pixels, np.uint16))
-            msgspec.structs.force_setattr(self, "depth", depth)
-            if depth < DEPTHS[-1]:
-                _say_depth(depth)
+        if getattr(self.pixels, "dtype", None) == np.uint16:
+            values = np.asarray(self.pixels, np.uint16)
+            if depth is None:
+                depth = depth_of(values)
+                msgspec.structs.force_setattr(self, "depth", depth)
+                if depth < DEPTHS[-1]:
+                    _say(depth_note(depth))
+            elif depth in DEPTHS and exceeds(values, depth):
+                _say(
+                    f"a picture is too bright for {depth} bits, those of the first one, and parts "
+                    f"become white; give the camera's bits, as in Frame(0, 0.0, pixels, depth=16)."
+                )
         msgspec.structs.force_setattr(self, "pixels", as_rgb(self.pixels, depth))
 
     @property
@@ -91,10 +100,15 @@ def depth_note(depth: int) -> str:
     return f"the pictures use {depth} of 16 bits: 0 to {(1 << depth) - 1} become 0 to 255."
 
 
+def exceeds(values: NDArray[np.uint16], depth: int) -> bool:
+    """Return whether more than a few pixels of a picture are too bright for a depth."""
+    return depth < DEPTHS[-1] and bool(np.count_nonzero(values >> depth) > OUTLIERS * values.size)
+
+
 @lru_cache
-def _say_depth(depth: int) -> None:
-    """Log a depth, once for all films."""
-    LOG.warning(depth_note(depth))
+def _say(note: str) -> None:
+    """Log a note, once for all films."""
+    LOG.warning(note)
 
 
 def as_frame(picture: Any, last: Frame | None = None, step: int = 1) -> Frame:
@@ -137,13 +151,18 @@ def as_rgb(pixels: NDArray[Any], depth: int | None = None) -> Bytes:
         return pixels
     if pixels is None:
         raise SourceError("There is no picture, but None; has the film ended?")
-    image = np.asarray(pixels)
+    if getattr(pixels, "mode", "RGB") in OTHER_COLORS:
+        raise SourceError("This image of Pillow has no RGB; give image.convert('RGB').")
+    try:
+        image = np.asarray(pixels)
+    except ValueError:  # as the pair of OpenCV's read
+        image = np.empty(0)
     if image.ndim == 2:
         image = image[:, :, None]
     if image.ndim != 3 or image.shape[2] not in (1, 3, 4) or image.size == 0:
         raise SourceError(
             f"An image has shape (height, width), or (height, width, 1, 3 or 4); got "
-            f"{image.shape or type(pixels).__name__}."
+            f"{getattr(pixels, 'shape', None) or type(pixels).__name__}."
         )
     if image.dtype == np.uint16:
         used = depth_of(image) if depth is None else depth

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from enum import StrEnum
 from typing import Any, Self
 
 import msgspec
 import numpy as np
 
+from motes.core.errors import ConfigError
 from motes.core.geometry import Box, Ellipse
 from motes.core.types import Floats
 
@@ -241,3 +242,9 @@ class Track(msgspec.Struct, frozen=True, eq=False):
 def finite(value: float) -> float | None:
     """Return a number for JSON: a Python float, or None if it is not finite."""
     return float(value) if math.isfinite(value) else None
+
+
+def check_listed(tracks: object) -> None:
+    """Raise a ConfigError if these are not the tracks of a frame."""
+    if not isinstance(tracks, Collection) or not all(isinstance(each, Track) for each in tracks):
+        raise ConfigError(f"Give a list of Tracks, as Scene.update returns it; got {tracks!r}.")

@@ -93,11 +93,11 @@ def smooth(tracks: Sequence[Track]) -> list[Track]:
     ConfigError
         If they are no tracks, as rows of `read_track`, or are smoothed or corrected already.
     """
-    if any(isinstance(track, Track) and track.smoothed for track in tracks):
+    only = Course.of(tracks)
+    if any(track.smoothed for track in tracks):
         raise ConfigError(
             "These tracks are smoothed or corrected already; give those of a Tracker."
         )
-    only = Course.of(tracks)
     told = variances_told(only.ellipses, only.confidence, HALF)
     only = only._replace(variances=np.where(np.isnan(only.variances), told, only.variances))
     absent = only.where(Status.ABSENT)

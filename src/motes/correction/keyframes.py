@@ -15,6 +15,7 @@ row that lost a number is noticed.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -142,10 +143,11 @@ def read_keyframes(path: str | Path) -> dict[str, dict[int, Ellipse | None]]:
     text = read_text(path, InputError)
     marks: dict[str, list[tuple[int, Sequence[float] | None]]] = {}
     size: int | None = None
+    titled = False
     for number, line in enumerate(lines_of(text), start=1):
         fields = [field.strip().strip('"') for field in line.split(",")]
-        if number == 1 and fields[0] in ("frame", "film"):
-            size = _size_of_titles(path, fields)
+        if number == 1 and fields[0].lower() in ("frame", "film"):
+            size, titled = _size_of_titles(path, [field.lower() for field in fields]), True
             continue
         if not any(fields) or fields[0].startswith("#"):
             continue
@@ -160,7 +162,7 @@ def read_keyframes(path: str | Path) -> dict[str, dict[int, Ellipse | None]]:
             here = marks_of(fields[0], ",".join(fields[1:]))
             if here[0][1] is not None:
                 if len(fields) == 6 and all(mark is None for _, mark in marks.get(film, ())):
-                    check_angle(here[0][1][4])
+                    _check_first(here[0][1][4], titled)
                 size = size or len(fields) - 1
                 _check_size(len(fields) - 1, size)
             marks.setdefault(film, []).extend(here)
@@ -187,6 +189,16 @@ def _size_of_titles(path: str | Path, titles: Sequence[str]) -> int | None:
             f"width, height, or frame, x, y, a, b, theta."
         )
     return len(columns) - 1 if len(columns) > 2 else None
+
+
+def _check_first(theta: float, titled: bool) -> None:
+    """Check the angle of the first ellipse, which without titles may be the height of a box."""
+    if titled or theta <= math.pi:
+        return check_angle(theta)
+    raise ConfigError(
+        f"theta begins with {theta:g}; if the numbers are frame,id,x,y,width,height, add a score "
+        f"and convert them; if it is an angle in radians, add titles: frame,x,y,a,b,theta."
+    )
 
 
 def _check_size(size: int, known: int) -> None:

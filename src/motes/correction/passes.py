@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -65,9 +65,9 @@ class Course(NamedTuple):
         ]
 
 
-def check_tracks(tracks: Iterable[object]) -> None:
-    """Raise a ConfigError if one of these is no `Track`, as a row of `read_track`."""
-    for each in tracks:
+def check_tracks(tracks: object) -> None:
+    """Raise a ConfigError if these are no `Track`s in a list, as rows of `read_track`."""
+    for each in tracks if isinstance(tracks, Collection) else [None]:
         if not isinstance(each, Track):
             raise ConfigError(
                 "Give the Track of each frame, as Tracker.update returns it; rows of a file are "

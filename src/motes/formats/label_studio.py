@@ -157,7 +157,7 @@ class VideoRegion(msgspec.Struct):
 
 
 class _Result(msgspec.Struct):
-    result: list[VideoRegion] = []
+    result: list[VideoRegion]
     was_cancelled: bool = False
     ground_truth: bool = False
     model_version: str | None = None

@@ -169,6 +169,12 @@ SNIFFED = 1 << 16
 _RESULT = re.compile(r'"(image|video)_id"\s*:')
 _TASK = re.compile(r'"(annotations|predictions|data)"\s*:')
 """What results of COCO have, and tasks of Label Studio."""
+OTHERS_OF_JSON = {
+    "items": "a dataset of Datumaro", "shapes": "a picture of labelme",
+    "regions": "a project of VIA", "fname": "a project of VIA", "slots": "a file of Darwin",
+    "classTitle": "a file of Supervisely",
+}  # fmt: skip
+"""Documents that are not read, by a key that they have."""
 ADVICE = "correct it there, or make the file anew."
 
 
@@ -240,7 +246,10 @@ def recognized(path: Path) -> str:
     except (ValueError, csv.Error) as error:
         raise SourceError(f"{path}: {error}.") from None
     if found is None:
-        raise SourceError(f"The format of {path} is not clear; name it: {', '.join(_readable())}.")
+        raise SourceError(
+            f"The format of {path} is not clear; name it: {', '.join(_readable())}. If it is none "
+            f"of these, convert it to one with another tool."
+        )
     return found
 
 
@@ -267,12 +276,9 @@ def _of_text(head: bytes, path: Path) -> str | None:
         "<": "cvat", "[": "label-studio", '{"motes"': "journal", "{": "coco",
         "scorer,": "deeplabcut",
     }  # fmt: skip
-    if text.startswith("{") and '"items"' in text and '"images"' not in text:
-        raise ValueError("it is a dataset of Datumaro, which is not read; export it as COCO")
-    if text.startswith("{") and '"shapes"' in text and '"images"' not in text:
-        raise ValueError(
-            "it is a picture of labelme, which is not read; convert labelme's files to COCO"
-        )
+    other = next((name for mark, name in OTHERS_OF_JSON.items() if f'"{mark}":' in text), None)
+    if text.startswith("{") and other is not None and '"images"' not in text:
+        raise ValueError(f"it is {other}, which is not read; export or convert it as COCO")
     found = next((form for mark, form in marks.items() if text.startswith(mark)), None)
     if found is not None:
         return "jsonl" if found == "coco" and _is_row(first) else found
@@ -328,8 +334,13 @@ def _of_numbers(line: str, path: Path) -> str | None:
                 "that is 1, as in most datasets, and --from vot if it is 0"
             )
         return found
+    if count == 8 and own is None and values[0] >= 1 and 0 <= values[6] <= 1:
+        raise ValueError(
+            "it has eight numbers a line; give --from vot for corners, and for frame, id, box, "
+            "score and class --from mot-truth, or mot for results"
+        )
     if count == 8 or (count > 10 and count % 2 == 0) or math.isnan(values[0]):
-        return own if own in ("otb", "mot-truth") else "vot"
+        return own or "vot"
     if count in (5, 6) and "," in line:
         return "keyframes"
     if count in (7, 9, 10) and values[0] >= 0:

@@ -131,7 +131,9 @@ def read(path: Path, facts: FilmFacts) -> Recording:
             more = [f"{len(parts) - SAID} more"] * (len(parts) > SAID)
             named = " and ".join(parts[:SAID] + more)
             raise FormatError(f"its labels are in {named}; give {which}")
-        raise FormatError("it has no labels; they are texts with the number of a frame, .txt")
+        raise FormatError(
+            "it has no labels of YOLO, texts named after frames; of other formats give a file"
+        )
     notes = note_on_names(stems.values(), facts)
     shifted = from_one and any(map(theirs.fullmatch, stems.values()))
     if not images and not shifted and min(stems) == 1:

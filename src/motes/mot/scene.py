@@ -23,11 +23,12 @@ from motes.core.detection import (
     Detector,
     ObservingDetector,
     PreparedDetector,
+    check_detector,
     usable,
 )
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame, as_frame
-from motes.core.geometry import FARTHEST, Box, as_samples
+from motes.core.geometry import FARTHEST, Box, as_samples, of_corners
 from motes.core.log import LOG
 from motes.core.seed import checked_seed
 from motes.core.track import Status, Track
@@ -59,6 +60,10 @@ DOUBTS = {
 """What makes counts doubtful, in words."""
 LAG = 3
 """Frames after which a detector learns where objects will be: it may run two frames ahead."""
+MANY = 10
+"""Frames with detections after which most of their boxes tell that they are corners."""
+PERCENT = 10
+"""A score beyond this one has another scale than a least score below 1; logits stay below it."""
 
 
 class SceneState(msgspec.Struct, frozen=True, eq=False):
@@ -169,7 +174,8 @@ class Scene:
     `expect`."""
     warnings: Mapping[str, str]
     """The detector's warnings so far, each once (see `BackgroundDetector`); as `limit`, that there
-    were too many detections, and as `broken`, that some are no boxes."""
+    were too many detections; as `broken`, that some are no boxes; as `corners`, that most seem to
+    be left, top, right, bottom; as `scale`, that scores are not on the scale of `least`."""
     doubts: dict[str, int]
     """The first frame from which on each of `DOUBTS` makes counts doubtful."""
 
@@ -182,11 +188,7 @@ class Scene:
         self.config = scene_config(config) if isinstance(config, str) else config
         if not isinstance(self.config, SceneConfig):
             raise ConfigError(f"A scene takes a preset's name or a SceneConfig; got {config!r}.")
-        if isinstance(detector, type) or not callable(detector):
-            raise ConfigError(
-                f"A detector is a callable from a Frame to Detections, such as "
-                f"motes.BackgroundDetector(); got {detector!r}."
-            )
+        check_detector(detector)
         self.detector = before_camera(detector, self.config.camera)
         self._seed = checked_seed(seed)
         self._state = SceneState()
@@ -197,6 +199,7 @@ class Scene:
         self._changes = PictureChanges()
         self._expected: Sequence[Expected] = ()
         self._own_warnings: dict[str, str] = {}
+        self._looked = self._boxes = self._corners = 0
         self._statuses: dict[int, Status] = {}
         self._labels, self._surest, self._usable = set[str](), -math.inf, False
 
@@ -328,7 +331,7 @@ class Scene:
         self._stepped += 1
         self._expected = ()
         self.admitted = info.admitted
-        self._warn(frame, info.surplus, sum(map(_broken, found.detections or ())))
+        self._warn(frame, info.surplus, found.detections or ())
         self._doubt(frame, found)
         warnings = {**found.warnings, **self._own_warnings}
         for kind in warnings.keys() - self.warnings.keys():
@@ -356,15 +359,31 @@ class Scene:
         for kind in kinds if found.change is None else [found.change]:
             self.doubts.setdefault(kind, frame.index)
 
-    def _warn(self, frame: Frame, surplus: int, broken: int) -> None:
-        """Note a warning if there are too many detections, or broken ones, once each."""
-        if broken:
-            text = f"detections with NaN, infinity or no size are left out, {broken} here"
-            self._own_warnings.setdefault("broken", f"Frame {frame.index}: {text}.")
+    def _warn(self, frame: Frame, surplus: int, found: Sequence[Detection]) -> None:
+        """Note what is wrong with the detections of a frame, each kind once."""
+        said, rule = dict[str, str](), self.config.detections
+        if broken := sum(map(_broken, found)):
+            said["broken"] = f"detections with NaN, infinity or no size are left out, {broken} here"
         if surplus:
-            limit = self.config.detections.limit
-            text = f"there are {limit + surplus} detections; only the {limit} surest are taken"
-            self._own_warnings.setdefault("limit", f"Frame {frame.index}: {text}.")
+            taken = f"only the {rule.limit} surest are taken"
+            said["limit"] = f"there are {rule.limit + surplus} detections; {taken}"
+        width, height = frame.width, frame.height
+        self._looked += bool(found)
+        self._boxes += len(found)
+        self._corners += sum(of_corners(each.box, width, height) is not None for each in found)
+        if self._looked >= MANY and self._corners > self._boxes / 2:
+            said["corners"] = (
+                f"most boxes so far fit into the picture of {width}x{height} only as left, top, "
+                f"right, bottom; a detector returns x, y, width, height"
+            )
+        least, most = rule.least or 0.0, max((each.score for each in found), default=0.0)
+        if 0 < least < 1 and PERCENT < most < math.inf:
+            said["scale"] = (
+                f"a score is {most:g}, and detections.least is {least:g}, which keeps nearly all; "
+                f"give both on one scale"
+            )
+        for kind, text in said.items():
+            self._own_warnings.setdefault(kind, f"Frame {frame.index}: {text}.")
 
     def _check(self, frame: Frame) -> None:
         """Raise a SourceError if a frame cannot follow the last one."""
@@ -381,8 +400,11 @@ class Scene:
             )
 
 
-def _in_order(pictures: Iterable[Frame | NDArray[Any]], last: Frame | None) -> Iterator[Frame]:
-    """Yield pictures as frames, each after the one before."""
+def _in_order(pictures: Any, last: Frame | None) -> Iterator[Frame]:
+    """Yield pictures as frames, each after the one before; raise a ConfigError for a single one."""
+    single = getattr(pictures, "shape", ())[2:] in ((3,), (4,))
+    if single or isinstance(pictures, str) or not isinstance(pictures, Iterable):
+        raise ConfigError(f"Give the frames of a film, as of motes.open_source; got {pictures!r}.")
     for picture in pictures:
         last = as_frame(picture, last)
         yield last

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from motes.core.errors import ConfigError
 from motes.core.frame import as_rgb
-from motes.core.track import Status, Track
+from motes.core.track import Status, Track, check_listed
 from motes.mot.analytics.regions import Regions
 from motes.output.overlay import font
 
@@ -31,7 +32,7 @@ def color_of(identity: int) -> Color:
 def draw_scene(
     pixels: NDArray[Any],
     tracks: Sequence[Track],
-    trails: Mapping[int, Sequence[Point]],
+    trails: Mapping[int, Sequence[Point]] = {},
     regions: Regions | None = None,
     caption: Sequence[str] = (),
     notes: Mapping[int, str] = {},
@@ -53,7 +54,15 @@ def draw_scene(
         Lines of text in the upper left corner, such as time and totals.
     notes
         Further text beside identities, such as their speeds.
+
+    Raises
+    ------
+    ConfigError
+        If these are no tracks, trails or regions.
     """
+    check_listed(tracks)
+    if not isinstance(trails, Mapping) or not isinstance(regions, Regions | None):
+        raise ConfigError("Give trails as a mapping of identities to places, and lines as Regions.")
     from PIL import Image, ImageDraw
 
     image = Image.fromarray(as_rgb(pixels))

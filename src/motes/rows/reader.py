@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from motes.core.errors import InputError
 from motes.core.extras import optional
-from motes.core.files import check_ended, lines_of, read_text
+from motes.core.files import as_path, check_ended, lines_of, read_text
 from motes.core.labels import check_label
 from motes.core.spreadsheet import unguarded
 from motes.rows.schema import NUMBERS, TEXT, WHOLE, Form, form_of
@@ -70,7 +70,7 @@ def read_track(path: str | Path, *, pandas: bool = False) -> Any:
     MissingDependencyError
         If pandas, for a DataFrame, or pyarrow, for Parquet, is not installed.
     """
-    if Path(path).suffix.lower() == ".parquet":
+    if as_path(path).suffix.lower() == ".parquet":
         table = _read(path, _parquet_rows(path))
     else:
         form = form_of(path)

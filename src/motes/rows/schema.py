@@ -20,6 +20,7 @@ import msgspec
 from msgspec.structs import replace
 
 from motes.core.errors import ConfigError
+from motes.core.files import as_path
 from motes.core.labels import check_label
 from motes.core.spreadsheet import guarded
 from motes.core.track import BOX, COLUMNS, DEVIATIONS, ELLIPSE, GROUND, ROUNDING, Track
@@ -58,7 +59,7 @@ def form_of(path: str | Path, form: Form | None = None) -> Form:
         return form
     if str(path) == "-":
         return "csv"
-    ending = Path(path).suffix.lower()
+    ending = as_path(path).suffix.lower()
     if ending not in FORMS:
         raise ConfigError(f"{path} ends neither in .csv nor in .jsonl; rename it.")
     return FORMS[ending]

@@ -174,6 +174,8 @@ class Lines:
         return file
 
     def _write(self, file: BinaryIO, data: bytes) -> None:
+        if file.closed:
+            raise FormatError(f"{self.name} is closed; write to it before.")
         if self.name != "-":
             check_not_deleted(file, self.name)
         try:
@@ -314,6 +316,8 @@ class TrackWriter(Lines):
         A frame without a track has empty fields (CSV) or null (JSON Lines) and the status
         `searching`.
         """
+        if not isinstance(track, Track | None):
+            raise ConfigError(f"Write a frame's index, its time, and its Track; got {track!r}.")
         if track is None:
             row = Track.nowhere(frame, time)
         else:

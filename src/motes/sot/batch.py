@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Never, Self
 
 import msgspec
 from msgspec import Meta
@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 
 from motes.core.decode import decode
 from motes.core.errors import ConfigError
-from motes.core.frame import Frame, as_frame, from_bgr
+from motes.core.frame import WHOLE, Frame, as_frame, from_bgr
 from motes.core.track import Track
 from motes.core.types import Numbers
 from motes.sot.algorithm import Algorithm
 from motes.sot.presets import TrackerConfig
 from motes.sot.step_info import StepInfo
-from motes.sot.tracker import Picture, Tracker, load_plain, save_plain
+from motes.sot.tracker import Picture, Tracker, alone, load_plain, save_plain
 
 
 class Trackers:
@@ -85,7 +85,7 @@ class Trackers:
             If there is no region, if one is not valid or does not fit the frame, or after `close`.
         """
         self._opened()
-        if not hasattr(regions, "__len__"):
+        if not hasattr(regions, "__len__") or any(not hasattr(r, "__len__") for r in regions):
             raise ConfigError(f"Give a list of regions; got {regions!r}.")
         if not len(regions):
             raise ConfigError("There is nothing to follow; give at least one region.")
@@ -101,7 +101,7 @@ class Trackers:
             self._append(tracker)
         return tracks
 
-    def add(self, region: Numbers) -> Track:
+    def add(self, region: Numbers, *more: Never) -> Track:
         """Start on another object, in a region of the last frame. It comes last in `each`.
 
         That frame is read where it lies in memory: draw on a copy of it.
@@ -111,6 +111,7 @@ class Trackers:
         ConfigError
             Before `init`, after `close`, or if the region is not valid or does not fit the frame.
         """
+        alone(more)
         last = self._started()
         tracker = Tracker(self._config, self._seed + self._begun)
         track = self._named(tracker, tracker.init(last, region))
@@ -140,7 +141,7 @@ class Trackers:
             If there is none, or after `close`.
         """
         self._opened()
-        if place not in range(len(self.each)):
+        if not isinstance(place, WHOLE) or place not in range(len(self.each)):
             raise ConfigError(f"There is no object {place}; there are {len(self.each)}, from 0.")
         del self.each[place]
 

@@ -15,7 +15,7 @@ from motes.core.config import Config, Positive, from_dict
 from motes.core.errors import ConfigError, FormatError
 from motes.core.files import write_whole, writing
 from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
+from motes.core.geometry import Ellipse, as_ellipse
 from motes.cues.base import Cue
 from motes.cues.color import Color, ColorModel
 
@@ -45,6 +45,7 @@ class KnownTarget:
     @classmethod
     def learn(cls, color: Color, frame: Frame, region: Ellipse) -> Self:
         """Return the target in a region of a frame, by the cue of a tracker."""
+        region = as_ellipse(region)
         return cls(color, color.learn(frame, region), region._replace(x=0.0, y=0.0))
 
     def models_for(self, cues: Mapping[str, Cue]) -> dict[str, ColorModel]:

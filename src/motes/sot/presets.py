@@ -233,7 +233,7 @@ def preset(name: str) -> TrackerConfig:
     """
     if name in PRESETS:
         return PRESETS[name]
-    near = difflib.get_close_matches(name, PRESETS, n=1)
+    near = difflib.get_close_matches(str(name), PRESETS, n=1)
     hint = f"did you mean {near[0]!r}? " if near else ""
     raise ConfigError(f"No preset {name!r}; {hint}known are {', '.join(PRESETS)}.")
 
@@ -265,6 +265,11 @@ def configure(base: TrackerConfig | str, *changes: dict[str, Any]) -> TrackerCon
         For an unknown name or key, or a value that does not fit.
     """
     base = preset(base) if isinstance(base, str) else base
+    if not isinstance(base, Algorithm) or not all(isinstance(each, dict) for each in changes):
+        raise ConfigError(
+            "Give a preset's name or a configuration, then changes, as in configure('nummiaro', "
+            "{'particles': 200})."
+        )
     values = base.to_dict()
     for change in changes:
         values = merge(values, change)

@@ -6,7 +6,7 @@ import copy
 import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, Self, TypeVar
+from typing import Any, Never, Self, TypeVar
 
 import msgspec
 import numpy as np
@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from motes.core.adapters import as_detections
 from motes.core.decode import MisfitError, decode
-from motes.core.detection import Detector, best
+from motes.core.detection import Detector, best, check_detector
 from motes.core.errors import ConfigError, FormatError, SourceError
-from motes.core.files import write_whole
+from motes.core.files import as_path, write_whole
 from motes.core.frame import Frame, as_frame
 from motes.core.geometry import as_samples, check_angle, region_within
 from motes.core.log import LOG
@@ -36,6 +36,12 @@ from motes.sot.presets import TrackerConfig, preset
 from motes.sot.step_info import StepInfo
 
 Picture = Frame | NDArray[Any]
+
+
+def alone(more: tuple[object, ...]) -> None:
+    """Raise a ConfigError if more than a region is given."""
+    if more:
+        raise ConfigError("Give the region alone: its frame is the last one of init or update.")
 
 
 class Tracker:
@@ -148,8 +154,9 @@ class Tracker:
         Raises
         ------
         ConfigError
-            If the detector returns something else.
+            If it is none, or returns something else.
         """
+        check_detector(detector)
         picture = as_frame(frame)
         found = best(as_detections(detector(picture)), picture)
         if found is None:
@@ -187,6 +194,8 @@ class Tracker:
                 "Only a particle filter can search for a known target; choose preset nummiaro, or "
                 "another one."
             )
+        if not (isinstance(target, KnownTarget) and all(isinstance(p, Place) for p in places)):
+            raise ConfigError("Search for a KnownTarget, at Places; init takes a region.")
         models = target.models_for(config.cues)
         picture = as_frame(frame)
         middle = target.size._replace(x=picture.width / 2, y=picture.height / 2)
@@ -249,7 +258,7 @@ class Tracker:
             return self.config.step(self._rng, state, self._seen(picture), expected=expected)
         return self._algorithm.step(self._rng, state, self._seen(picture))
 
-    def correct(self, region: Numbers) -> Track:
+    def correct(self, region: Numbers, *more: Never) -> Track:
         """Put the target at `region` of the last frame; the target model is kept.
 
         `region` is a box (x, y, w, h) or an ellipse (x, y, a, b, theta), in pixels and radians.
@@ -259,6 +268,7 @@ class Tracker:
         ConfigError
             Before `init` or `search`, or if the region is not valid or does not fit the frame.
         """
+        alone(more)
         state, last = self._started()
         ellipse = region_within(region, last.width, last.height)
         return self._take(
@@ -376,15 +386,16 @@ L = TypeVar("L")
 def save_plain(path: str | Path, plain: dict[str, Any]) -> None:
     """Write plain values and arrays as a saved tracker."""
     try:
-        write_whole(path, sealed(FORMAT, plain))
+        write_whole(as_path(path), sealed(FORMAT, plain))
     except OSError as error:
         raise FormatError(f"Cannot write the tracker {path}: {error.strerror}.") from None
 
 
 def load_plain(path: str | Path, make: Callable[[Any], L]) -> L:
     """Return what `make` makes of the plain values of a saved tracker."""
+    file = as_path(path)
     try:
-        plain = unsealed(FORMAT, Path(path).read_bytes())
+        plain = unsealed(FORMAT, file.read_bytes())
     except OSError as error:
         raise FormatError(f"Cannot read the tracker {path}: {error.strerror}.") from None
     except ValueError as error:

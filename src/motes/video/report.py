@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.frame import DEPTHS, OUTLIERS, depth_note
+from motes.core.frame import DEPTHS, depth_note, exceeds
 
 DEPTH_SAMPLES = 9
 """Pictures, evenly spread, by which the depth of a film of 16 bits is found."""
@@ -60,8 +60,7 @@ class Report:
     def count_depth(self, values: NDArray[np.uint16], depth: int) -> None:
         """Note the depth of a source of 16 bits, and whether a picture is brighter."""
         self.depth = depth
-        outliers = np.count_nonzero(values >= 1 << depth) if depth < DEPTHS[-1] else 0
-        self.brighter += bool(outliers > OUTLIERS * values.size)
+        self.brighter += exceeds(values, depth)
 
     @property
     def truncated(self) -> bool:

@@ -21,7 +21,8 @@ import numpy as np
 
 from motes.core.addresses import without_password
 from motes.core.errors import ConfigError, SourceError
-from motes.core.frame import FRAME_INTERVAL, Frame
+from motes.core.files import as_path
+from motes.core.frame import FRAME_INTERVAL, WHOLE, Frame
 from motes.core.log import LOG
 from motes.video.decoder import REMEDY, Decoder, Stamped, camera
 from motes.video.image_files import IMAGE_ENDINGS, ImageFiles, files_in
@@ -288,6 +289,8 @@ def open_source(
         raise ConfigError(f"end is {end}, start {start}; end must be greater.")
     if patience is not None and not patience >= 0:
         raise ConfigError(f"patience is {patience}; give seconds, 0 or more.")
+    if not isinstance(source, WHOLE):  # the number of a camera
+        as_path(source)
     name, reader = find_reader(str(source), on_drop, patience, fps)
     if fps is not None and reader.live:
         reader.close()

@@ -16,8 +16,8 @@ from av.video.reformatter import VideoReformatter
 from numpy.typing import NDArray
 
 from motes.core.errors import ConfigError, FormatError
-from motes.core.files import PartialFile
-from motes.core.frame import NUMBER
+from motes.core.files import PartialFile, as_path
+from motes.core.frame import NUMBER, Frame
 from motes.video.decoder import ONE_THREAD
 
 # With a fragment or cluster for each picture, the file of a killed program can be read. On closing,
@@ -62,7 +62,7 @@ class VideoWriter:
     """
 
     def __init__(self, path: str | Path, fps: float, overwrite: bool = False) -> None:
-        self.path = Path(path)
+        self.path = as_path(path)
         if self.path.suffix.lower() not in ENDINGS:
             raise ConfigError(f"{path} does not end like a video; use {', '.join(ENDINGS)}.")
         if not (isinstance(fps, NUMBER) and math.isfinite(fps) and fps > 0):
@@ -100,6 +100,8 @@ class VideoWriter:
             If the picture has another shape or type, or the disk is full; earlier pictures stay in
             the partial file.
         """
+        if isinstance(pixels, Frame):
+            raise FormatError("Write a Frame's pixels, as write(frame.pixels, frame.time).")
         pixels = np.asarray(pixels)
         if pixels.dtype != np.uint8 or pixels.ndim != 3 or pixels.shape[2] != 3:
             raise FormatError(
@@ -112,6 +114,8 @@ class VideoWriter:
                 f"{self.path.name} is written by another process, of which this one is a child; "
                 f"write a file of its own in each."
             )
+        if self._container is None and self._file is not None:
+            raise FormatError(f"{self.path} is closed; write to it before.")
         if self._container is None:
             self._shape = pixels.shape
             self._container = self._begin(pixels.shape[0], pixels.shape[1])
@@ -125,10 +129,10 @@ class VideoWriter:
             pixels = np.pad(pixels, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
         seconds = self._frames / self._fps if time is None else time
         self._last = max(round(seconds * 1000), self._last + 1)
-        frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(pixels), format="rgb24")
-        frame = self._reformatter.reformat(frame, format="yuv420p", **ONE_THREAD)
-        frame.pts, frame.time_base = self._last, _MILLISECOND
         try:
+            frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(pixels), format="rgb24")
+            frame = self._reformatter.reformat(frame, format="yuv420p", **ONE_THREAD)
+            frame.pts, frame.time_base = self._last, _MILLISECOND
             self._container.mux(self._stream.encode(frame))
         except (av.FFmpegError, OSError) as error:
             if not self._frames:

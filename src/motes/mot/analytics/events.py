@@ -9,8 +9,9 @@ from collections.abc import Sequence
 from msgspec.structs import replace
 
 from motes.core.errors import ConfigError
+from motes.core.frame import NUMBER
 from motes.core.geometry import Box
-from motes.core.track import Status, Track
+from motes.core.track import Status, Track, check_listed
 from motes.mot.analytics.event import Event as Event
 from motes.mot.analytics.event import Kind
 from motes.mot.analytics.ground_plane import Point
@@ -96,6 +97,8 @@ class EventCounter:
             raise ConfigError(
                 f"An EventCounter takes Regions, such as motes.Regions(line=(line,)); got {places}."
             )
+        if size is not None and (not hasattr(size, "__len__") or len(size) != 2):
+            raise ConfigError(f"The size of a picture is its width and height; got {size!r}.")
         places = places or Regions()
         self._lines, self._zones, self._ground = places.lines, places.zones, places.ground
         self._size = size
@@ -122,7 +125,15 @@ class EventCounter:
         time
             The time of the frame, in seconds; by default that of the tracks. With it, also a frame
             without tracks can settle events.
+
+        Raises
+        ------
+        ConfigError
+            If these are no tracks and no time.
         """
+        check_listed(tracks)
+        if time is not None and not isinstance(time, NUMBER):
+            raise ConfigError(f"The time of a frame is in seconds; got {time!r}.")
         self._turn += 1
         events: list[Event] = []
         self._seen = {each.identity: each for each in tracks if each.status is Status.TRACKING}

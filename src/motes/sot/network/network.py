@@ -59,7 +59,7 @@ class Network(Config, frozen=True):
         """
         if isinstance(given, str):
             given = [given] if Path(given).is_file() else given.split(",")
-        if not all(given):
+        if not isinstance(given, Sequence) or not all(given):
             raise ConfigError(f"The network is {given!r}; give files, with commas between them.")
         return cls(tuple(given))
 
