@@ -71,6 +71,8 @@ class SceneState(msgspec.Struct, frozen=True, eq=False):
     created: int = 0
     terminated: int = 0
     """How many objects there have been, and how many of them have ended."""
+    frames: int = 0
+    """How many frames there have been."""
 
 
 class SceneInfo(NamedTuple):
@@ -121,8 +123,8 @@ def step(
         objects, created = objects + begun, created + len(begun)
     tracks, staying = report(objects, frame, initiation.least, config)
     terminated = state.terminated + len(objects) - len(staying)
-    staying = tell_apart(staying, free, frame, config.occlusion.overlap)
-    after = SceneState(staying, initiation, created, terminated)
+    staying = tell_apart(staying, free, frame, state.frames, config.occlusion.overlap)
+    after = SceneState(staying, initiation, created, terminated, state.frames + 1)
     return after, SceneInfo(tracks, surplus, keys)
 
 
@@ -345,7 +347,9 @@ class Scene:
     def _cut(self, frame: Frame) -> list[Track]:
         """End all objects where the film is cut, as nothing goes on there; return their tracks."""
         gone = [each.terminate().extrapolate(frame).public_track for each in self._state.objects]
-        self._state = SceneState(created=self.created, terminated=self.created)
+        self._state = SceneState(
+            created=self.created, terminated=self.created, frames=self._state.frames
+        )
         return gone
 
     def _doubt(self, frame: Frame, found: _Found) -> None:
