@@ -32,7 +32,7 @@ from motes.core.log import LOG
 from motes.core.seed import checked_seed
 from motes.core.track import Status, Track
 from motes.core.types import Floats
-from motes.mot.detection.moving_camera import before_camera
+from motes.mot.detection.moving_camera import MovingCamera, before_camera
 from motes.mot.expected import Expected
 from motes.mot.look import Look
 from motes.mot.scene_config import SceneConfig, scene_config
@@ -100,7 +100,7 @@ def step(
 
     Each object draws from random numbers of its own, which `seed` and its identity determine. If
     the detector did not look at the frame, detections are None, and tentative tracks wait.
-    `motion` is that of the camera, a homography (3, 3) from the frame that the detector looked at
+    `motion` is that of the camera, a homography (3, 3) from the frame in which it was looked at
     last, if it moves.
     """
     looked = detections is not None
@@ -305,8 +305,12 @@ class Scene:
         self._detected += 1
         if turn and isinstance(self.detector, ObservingDetector):
             self.detector.observe(moved)
+        camera = self.detector if isinstance(self.detector, MovingCamera) else None
         found = as_detections(self.detector(frame)) if turn else None
-        motion = _homography(getattr(self.detector, "motion", None)) if turn else None
+        if camera is not None and not turn:
+            camera.glance(frame)
+        known = turn or camera is not None
+        motion = _homography(getattr(self.detector, "motion", None)) if known else None
         warnings = dict(getattr(self.detector, "warnings", {}))
         return _Found(found, warnings, motion, self._changes.update(frame))
 
