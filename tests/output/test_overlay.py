@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes.core.errors import ConfigError, SourceError
-from motes.core.geometry import Ellipse
+from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status, Track
 from motes.output.overlay import COLORS, draw
+from motes.output.scene_overlay import color_of, draw_scene
 
 
 def track(ellipse: Ellipse, status: Status = Status.TRACKING, confidence: float = 0.5) -> Track:
@@ -116,3 +118,13 @@ def test_wrong_shapes_are_refused() -> None:
         draw(gray(), target, trail=[[1.0]])
     with pytest.raises(SourceError, match="An image has shape"):
         draw(np.zeros((5, 5, 2), np.uint8), target)
+
+
+@pytest.mark.parametrize("status", [Status.TRACKING, Status.OCCLUDED])
+def test_no_label_covers_another(status: Status) -> None:
+    one = replace(track(Ellipse.from_box(Box(100, 100, 90, 60))), identity=1)
+    other = replace(track(Ellipse.from_box(Box(104, 104, 30, 50)), status), identity=2)
+    alone, both = draw_scene(gray(), [one], {}), draw_scene(gray(), [one, other], {})
+    assert (near(both, color_of(1), 0) == near(alone, color_of(1), 0)).all()
+    crowd = [replace(one, identity=1 + n) for n in range(20)]
+    assert draw_scene(gray(), crowd, {}).shape == gray().shape
