@@ -48,7 +48,7 @@ from motes.mot.stages.tell_apart import tell_apart
 from motes.mot.stages.update import update
 from motes.mot.track_initiation import TrackInitiation
 from motes.mot.tracked_object import TrackedObject
-from motes.video.cuts import Change, PictureChanges
+from motes.video.cuts import Change, PictureChanges, before_cut
 from motes.video.prefetch import prefetch
 
 DOUBTS = {
@@ -241,11 +241,11 @@ class Scene:
         """Let the detector see the begin of a film, before the first frame of the same film.
 
         A `BackgroundDetector` learns what the background is: else it is the first frame, and an
-        object that stands there leaves a ghost. Other detectors read no frame. `frames` are those
-        of `watch`.
+        object that stands there leaves a ghost. Behind a cut of the film it is another one. Other
+        detectors read no frame. `frames` are those of `watch`.
         """
         if isinstance(self.detector, PreparedDetector):
-            self.detector.prepare(_in_order(frames, None))
+            self.detector.prepare(before_cut(_in_order(frames, None)))
 
     def expect(self, expected: Sequence[Expected]) -> None:
         """Expect objects in the next frame; they begin as soon as they are seen there.
