@@ -48,7 +48,7 @@ def draw_scene(
         The objects, drawn as boxes with their identities and classes. An object that is not tracked
         has thin lines and a dark label.
     trails
-        The past places of each identity, oldest first.
+        The past places of each identity, oldest first; one that is NaN interrupts the line.
     regions
         Lines and zones of the event counter. A stroke from a line shows its first direction.
     caption
@@ -79,8 +79,10 @@ def draw_scene(
     for each in tracks:
         color, box = color_of(each.identity), each.box
         trail = np.reshape(trails.get(each.identity, ()), (-1, 2))
-        if len(trail) > 1:
-            pen.line(_rounded(trail), (*color, 200), line)
+        gaps = np.flatnonzero(np.isnan(trail).any(axis=1))
+        for part in np.split(trail, gaps):
+            if len(part := part[np.isfinite(part).all(axis=1)]) > 1:
+                pen.line(_rounded(part), (*color, 200), line)
         far = np.add(box[:2], np.maximum(box[2:], 1) - 1)  # a box has a pixel at least
         corners = _rounded(np.array([box[:2], far]))
         pen.rectangle(corners, outline=(*color, 255), width=line if _hidden(each) else 2 * line)
