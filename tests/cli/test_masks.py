@@ -68,6 +68,15 @@ def test_a_folder_and_a_document(go: Tell) -> None:
     assert again["annotations"][-1]["segmentation"] == last["segmentation"]
 
 
+def test_no_option_is_named_that_draw_does_not_have(go: Tell) -> None:
+    head, first, *rest = Path("rows.csv").read_text().splitlines()
+    values = dict(zip(head.split(","), first.split(","), strict=True)) | {"confidence": "0.3"}
+    Path("rows.csv").write_text("\n".join([head, ",".join(values.values()), *rest, ""]))
+    code, said = go(f"{DRAW} masks")
+    assert code == 0
+    assert "; 1 guess left out (interpolated, or confidence below 0.5)." in said
+
+
 def test_a_full_disk_keeps_the_rows_of_the_masks(go: Tell, monkeypatch: pytest.MonkeyPatch) -> None:
     calls = list[int]()
 

@@ -46,6 +46,22 @@ def test_a_slit_scan_has_time_downwards_and_the_line_across() -> None:
         assert (below == color).all(axis=2).sum() > 40
 
 
+@pytest.mark.parametrize("end", [5, 30, 54])
+def test_the_number_of_a_mark_lies_beside_it(end: int) -> None:
+    pictures = []
+    for identity in (1, 888):
+        scan = SlitScan((5, 20, 54, 20))
+        for index in range(50):
+            scan.add(Frame(index, index / 25, np.full((40, 60, 3), 90, np.uint8)))
+        scan.mark(20, (end, 20), identity, second=False)
+        pictures.append(scan.picture().astype(int))
+    rows, columns = np.abs(pictures[0] - pictures[1]).any(axis=2).nonzero()
+    assert len(columns) > 20
+    assert np.abs(columns - MARGIN - SCALE * (end - 5)).min() > 5
+    dark = pictures[1][rows.min() : rows.max() + 1, columns.min() : columns.max() + 1]
+    assert (dark < 50).all(axis=2).sum() > 20  # it has an edge
+
+
 def test_beside_each_mark_is_what_was_counted() -> None:
     """As it was when it came to the other side; two at about the same time are side by side."""
     scan, looks = SlitScan((5, 20, 54, 20)), {1: (250, 0, 0), 2: (0, 0, 250)}

@@ -19,7 +19,7 @@ from motes.mot.detection.global_motion import GlobalMotion, Model
 from motes.mot.detection.lookalike import LookalikeDetector
 from motes.mot.detection.moving_camera import Camera, MovingCamera, PannedDetector, before_camera
 from motes.mot.scene import Scene
-from motes.mot.scene_config import scene_config
+from motes.mot.scene_config import DetectionSelection, scene_config
 
 cv2 = pytest.importorskip("cv2", reason="the motion of a camera needs OpenCV")
 SIZE = 240, 160
@@ -105,6 +105,28 @@ def test_identities_are_kept_where_the_camera_jumps(camera: Camera) -> None:
         for identity, x in places[5].items()
     ]
     assert (len(kept) == 3 and all(kept)) == (camera != "still")
+
+
+def test_a_slow_detector_leaves_no_motion_of_the_camera_out() -> None:
+    """Between its looks, objects are followed too: a motion of several frames comes twice."""
+    standing = [Box(270 + 30 * i, (190, 160, 230, 190)[i], 14, 28) for i in range(4)]
+    colors = RED, (30, 40, 220), (30, 200, 40), (230, 220, 30)
+    pixels, found = GROUND.copy(), list[Detection]()
+    for (x, y, w, h), color in zip(standing, colors, strict=True):
+        pixels[int(y) : int(y + h), int(x) : int(x + w)] = color
+    rule = DetectionSelection(every=5)
+    scene = Scene(lambda _: found, replace(scene_config(), camera="moving", detections=rule))
+    right = 0
+    for index in range(33):
+        middle = 200 + 6 * index
+        boxes = [box._replace(x=box.x + 120 - middle, y=box.y - 120) for box in standing]
+        shows = [box for box in boxes if box.x > 0 and box.x + box.width < SIZE[0]]
+        found[:] = [Detection(box) for box in shows]
+        tracks = scene.update(Frame(index, index / 25, picture(shown(middle, 200), pixels)))
+        if index >= 15:
+            right += sum(any(iou(box, each.box) > 0.5 for each in tracks) for box in shows)
+    assert scene.created == 4
+    assert right > 60  # of 71; 39 where it comes twice
 
 
 @pytest.mark.parametrize("detected", [True, False])

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from msgspec.structs import astuple, replace
+from numpy.typing import NDArray
 
 from motes.core.detection import Detection, Detector
 from motes.core.errors import ConfigError, SourceError
@@ -124,6 +125,26 @@ def test_who_stands_there_at_first_is_found_if_the_begin_was_seen_before(seen_be
     assert next(unread).index == 0
 
 
+def patchwork(seed: int) -> NDArray[np.uint8]:
+    """Return a picture of another place."""
+    patches = np.random.default_rng(seed).integers(0, 250, (5, 8, 3))
+    return patches.astype(np.uint8).repeat(24, axis=0).repeat(24, axis=1)
+
+
+def test_the_background_is_that_of_before_a_cut() -> None:
+    def film() -> Iterator[Frame]:
+        for index in range(120):
+            pixels = patchwork(index >= 40)
+            if index < 15:
+                pixels[30:60, 20:36] = COLORS[0]
+            yield Frame(index, index / 25, pixels)
+
+    scene = Scene(BackgroundDetector())
+    scene.prepare(film())
+    found = [len([each for each in scene.update(frame) if each.detected]) for frame in film()]
+    assert found[3:15] == [1] * 12
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("cut", [False, True])
 def test_a_cut_of_the_film_ends_all_tracks(cut: bool) -> None:
@@ -131,8 +152,7 @@ def test_a_cut_of_the_film_ends_all_tracks(cut: bool) -> None:
     found, tracks = list[Detection](), list[list[tuple[int, bool]]]()
     scene = Scene(lambda _: found)
     for i in range(30):
-        patches = np.random.default_rng(cut and i >= 15).integers(0, 250, (5, 8, 3))
-        pixels = patches.astype(np.uint8).repeat(24, axis=0).repeat(24, axis=1)
+        pixels = patchwork(cut and i >= 15)
         found[:] = [Detection(walker(i))]
         pixels[30:60, 20 + 3 * i : 36 + 3 * i] = COLORS[0]
         told = scene.update(Frame(i, i / 25, pixels))

@@ -8,12 +8,17 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes.core.errors import ConfigError, SourceError
-from motes.core.geometry import Ellipse
+from motes.core.frame import Frame
+from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status, Track
+from motes.mot.analytics.regions import Regions
 from motes.output.overlay import COLORS, draw
+from motes.output.painters import ScenePainter
+from motes.output.scene_overlay import color_of, draw_scene
 
 
 def track(ellipse: Ellipse, status: Status = Status.TRACKING, confidence: float = 0.5) -> Track:
@@ -116,3 +121,25 @@ def test_wrong_shapes_are_refused() -> None:
         draw(gray(), target, trail=[[1.0]])
     with pytest.raises(SourceError, match="An image has shape"):
         draw(np.zeros((5, 5, 2), np.uint8), target)
+
+
+@pytest.mark.parametrize("status", [Status.TRACKING, Status.OCCLUDED])
+def test_no_label_covers_another(status: Status) -> None:
+    one = replace(track(Ellipse.from_box(Box(100, 100, 90, 60))), identity=1)
+    other = replace(track(Ellipse.from_box(Box(104, 104, 30, 50)), status), identity=2)
+    alone, both = draw_scene(gray(), [one], {}), draw_scene(gray(), [one, other], {})
+    assert (near(both, color_of(1), 0) == near(alone, color_of(1), 0)).all()
+    crowd = [replace(one, identity=1 + n) for n in range(20)]
+    assert draw_scene(gray(), crowd, {}).shape == gray().shape
+
+
+def test_a_trail_is_interrupted_where_nothing_is_seen() -> None:
+    painter = ScenePainter(Regions())
+    for index, x in enumerate(range(60, 260, 10)):
+        status = Status.LOST if 5 <= index < 15 else Status.TRACKING
+        one = replace(track(Ellipse(x, 100.0, 8.0, 20.0, 0.0), status), identity=1)
+        drawn = painter.painted(Frame(index, index / 25, gray()), [one])
+    row = np.logical_or.reduce(colored(drawn)[round(one.box.foot[1]) - 1 :])
+    assert row[62:98].all()
+    assert not row[104:206].any()
+    assert row[212:248].all()

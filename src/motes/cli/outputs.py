@@ -162,6 +162,9 @@ class DocumentOutput(Sink):
     Until then a journal beside it holds the rows; it stays if the document cannot be made.
     """
 
+    hint = "; see --with-guesses"
+    """What is said after a number of guesses: the option by which they are written."""
+
     def __init__(self, name: str, form: str, film: Source | Film, options: OutputOptions) -> None:
         check_place(name, form, options.overwrite)
         if FORMATS.resolve(form).folder:
@@ -208,7 +211,8 @@ class DocumentOutput(Sink):
             without = (
                 f" without {counted(made.missed, 'frame')} in which a target is {unseen(made)}"
             )
-            return f"{self.path}{without * (made.missed > 0)}{guesses_told(self._form, made)}"
+            guesses = guesses_told(self._form, made, self.hint)
+            return f"{self.path}{without * (made.missed > 0)}{guesses}"
         return None if self._journal is None else f"{self.rows}, but not {self.path}"
 
     @property
@@ -267,10 +271,10 @@ def unseen(written: Written) -> str:
     return "lost or searched for" + ", or guessed" * (written.guesses > 0)
 
 
-def guesses_told(form: str, written: Written) -> str:
+def guesses_told(form: str, written: Written, hint: str = DocumentOutput.hint) -> str:
     """Return what has become of guesses, for the line that ends a command; "" without any."""
     told = written.guesses_told(form)
-    return f"; {told}; see --with-guesses" if told else ""
+    return f"; {told}{hint}" if told else ""
 
 
 def say_how_to_train(path: Path, form: str, recorded: Recording) -> None:

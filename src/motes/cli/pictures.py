@@ -191,6 +191,8 @@ class MotionFigures(_Pictures):
 class Masks(DocumentOutput):
     """The pixels of one target: a document if the name ends in .json, else a folder."""
 
+    hint = ""  # motes draw has no such option
+
     def __init__(self, path: Path, film: Source, label: str | None, *, overwrite: bool) -> None:
         if path.suffix and path.suffix.lower() != ".json":
             raise ConfigError(f"--masks {path}: give a folder for PNG files, or a .json of COCO.")

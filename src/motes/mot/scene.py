@@ -33,7 +33,7 @@ from motes.core.log import LOG
 from motes.core.seed import checked_seed
 from motes.core.track import Status, Track
 from motes.core.types import Floats
-from motes.mot.detection.moving_camera import before_camera
+from motes.mot.detection.moving_camera import MovingCamera, before_camera
 from motes.mot.expected import Expected
 from motes.mot.look import Look
 from motes.mot.scene_config import SceneConfig, scene_config
@@ -49,7 +49,7 @@ from motes.mot.stages.tell_apart import tell_apart
 from motes.mot.stages.update import update
 from motes.mot.track_initiation import TrackInitiation
 from motes.mot.tracked_object import TrackedObject
-from motes.video.cuts import Change, PictureChanges
+from motes.video.cuts import Change, PictureChanges, before_cut
 from motes.video.prefetch import prefetch
 
 DOUBTS = {
@@ -76,6 +76,8 @@ class SceneState(msgspec.Struct, frozen=True, eq=False):
     created: int = 0
     terminated: int = 0
     """How many objects there have been, and how many of them have ended."""
+    frames: int = 0
+    """How many frames there have been."""
 
 
 class SceneInfo(NamedTuple):
@@ -103,7 +105,7 @@ def step(
 
     Each object draws from random numbers of its own, which `seed` and its identity determine. If
     the detector did not look at the frame, detections are None, and tentative tracks wait.
-    `motion` is that of the camera, a homography (3, 3) from the frame that the detector looked at
+    `motion` is that of the camera, a homography (3, 3) from the frame in which it was looked at
     last, if it moves.
     """
     looked = detections is not None
@@ -113,7 +115,7 @@ def step(
     found, surplus = suppress_duplicates(detections or (), frame, config.detections)
     objects = [each.predict(dt) for each in state.objects]
     if not looked:
-        objects = [each.without_look(dt) for each in objects]
+        objects = [each if each.occluded else each.without_look(dt) for each in objects]
     objects, free = associate(objects, found, frame, dt, config)
     objects = update(objects, frame, dt)
     objects = mark_occluded(objects, frame, config.occlusion)
@@ -126,8 +128,8 @@ def step(
         objects, created = objects + begun, created + len(begun)
     tracks, staying = report(objects, frame, initiation.least, config)
     terminated = state.terminated + len(objects) - len(staying)
-    staying = tell_apart(staying, free, frame, config.occlusion.overlap)
-    after = SceneState(staying, initiation, created, terminated)
+    staying = tell_apart(staying, free, frame, state.frames, config.occlusion.overlap)
+    after = SceneState(staying, initiation, created, terminated, state.frames + 1)
     return after, SceneInfo(tracks, surplus, keys)
 
 
@@ -242,11 +244,11 @@ class Scene:
         """Let the detector see the begin of a film, before the first frame of the same film.
 
         A `BackgroundDetector` learns what the background is: else it begins with the first frame,
-        and an object that stands there leaves a ghost for a time. Other detectors read no frame.
-        `frames` are those of `watch`.
+        and an object that stands there leaves a ghost for a time. Behind a cut of the film it is
+        another one. Other detectors read no frame. `frames` are those of `watch`.
         """
         if isinstance(self.detector, PreparedDetector):
-            self.detector.prepare(_in_order(frames, None))
+            self.detector.prepare(before_cut(_in_order(frames, None)))
 
     def expect(self, expected: Sequence[Expected]) -> None:
         """Expect objects in the next frame; they begin as soon as they are seen there.
@@ -306,8 +308,12 @@ class Scene:
         self._detected += 1
         if turn and isinstance(self.detector, ObservingDetector):
             self.detector.observe(moved)
+        camera = self.detector if isinstance(self.detector, MovingCamera) else None
         found = as_detections(self.detector(frame)) if turn else None
-        motion = _homography(getattr(self.detector, "motion", None)) if turn else None
+        if camera is not None and not turn:
+            camera.glance(frame)
+        known = turn or camera is not None
+        motion = _homography(getattr(self.detector, "motion", None)) if known else None
         warnings = dict(getattr(self.detector, "warnings", {}))
         return _Found(found, warnings, motion, self._changes.update(frame))
 
@@ -348,7 +354,9 @@ class Scene:
     def _cut(self, frame: Frame) -> list[Track]:
         """End all objects where the film is cut, as nothing goes on there; return their tracks."""
         gone = [each.terminate().extrapolate(frame).public_track for each in self._state.objects]
-        self._state = SceneState(created=self.created, terminated=self.created)
+        self._state = SceneState(
+            created=self.created, terminated=self.created, frames=self._state.frames
+        )
         return gone
 
     def _doubt(self, frame: Frame, found: _Found) -> None:

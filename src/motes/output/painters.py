@@ -49,7 +49,7 @@ class TargetPainter:
 class ScenePainter:
     """Paints all objects with their trails and speeds, the lines and zones, the time and totals.
 
-    A trail is of the point that is counted: the foot.
+    A trail is of the point that is counted: the foot. It is interrupted where that is not seen.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ class ScenePainter:
         }
         for each in (each for each in tracks if each.identity in here):
             trail = self._trails.setdefault(each.identity, deque(maxlen=TRAIL))
-            trail.append(each.box.foot)
+            trail.append(each.box.foot if each.status is Status.TRACKING else NOWHERE)
         for event in events:
             if event.event in ("crosses", "enters", "leaves"):
                 self._totals[event.total] += 1

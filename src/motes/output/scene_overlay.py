@@ -19,6 +19,8 @@ Color = tuple[int, int, int]
 Point = tuple[float, float]
 
 REGION_COLOR: Color = (255, 255, 255)
+PLACES = 5
+"""Places of a label, one below the other, of which it takes the first that no other one has."""
 GOLDEN_RATIO = 0.618034
 """Step between the hues of successive identities, which keeps recent ones far from each other."""
 
@@ -45,9 +47,9 @@ def draw_scene(
         RGB uint8 of shape (H, W, 3); not changed.
     tracks
         The objects, drawn as boxes with their identities and classes. An object that is not tracked
-        has thin lines and a label without background.
+        has thin lines and a dark label.
     trails
-        The past places of each identity, oldest first.
+        The past places of each identity, oldest first; one that is NaN interrupts the line.
     regions
         Lines and zones of the event counter. A stroke from a line shows its first direction.
     caption
@@ -84,23 +86,32 @@ def draw_scene(
         pen.rectangle((*place, place[0] + wide, place[1] + high), (0, 0, 0, 160))
         pen.text(place, each_line.label[0], REGION_COLOR, typeface)
     for each in tracks:
-        color, hidden = color_of(each.identity), each.status is not Status.TRACKING
+        color, box = color_of(each.identity), each.box
         trail = np.reshape(trails.get(each.identity, ()), (-1, 2))
-        if len(trail) > 1:
-            pen.line(_rounded(trail), (*color, 200), line)
-        box = each.box
+        gaps = np.flatnonzero(np.isnan(trail).any(axis=1))
+        for part in np.split(trail, gaps):
+            if len(part := part[np.isfinite(part).all(axis=1)]) > 1:
+                pen.line(_rounded(part), (*color, 200), line)
         far = np.add(box[:2], np.maximum(box[2:], 1) - 1)  # a box has a pixel at least
         corners = _rounded(np.array([box[:2], far]))
-        pen.rectangle(corners, outline=(*color, 255), width=line if hidden else 2 * line)
+        pen.rectangle(corners, outline=(*color, 255), width=line if _hidden(each) else 2 * line)
+    taken = np.empty((0, 4))
+    for each in sorted(tracks, key=_hidden):  # the labels of those that are seen come first
+        color, hidden = color_of(each.identity), _hidden(each)
         number = f"{each.identity}" if each.identity > 0 else ""
         words = number, each.label, notes.get(each.identity), each.status if hidden else None
         text = " ".join(word for word in words if word)
         # The label stays inside the frame even if the box does not.
         _, _, right, bottom = pen.textbbox((0, 0), text, typeface)
-        x = min(max(corners[0], 0), image.width - right)
-        y = min(max(corners[1] - bottom - line, 0), image.height - bottom)
-        if not hidden:
-            pen.rectangle((x, y, x + right, y + bottom), (*color, 255))
+        left, top = _rounded(np.array([each.box[:2]]))
+        x = min(max(left, 0), image.width - right)
+        for n in range(PLACES):  # above the box, or lower if another label is there
+            y = min(max(top - line + (n - 1) * bottom, 0), image.height - bottom)
+            if not _meets((x, y, x + right, y + bottom), taken):
+                break
+        taken = np.vstack([taken, (x, y, x + right, y + bottom)])
+        ground = (0, 0, 0, 160) if hidden else (*color, 255)
+        pen.rectangle((x, y, x + right, y + bottom), ground)
         pen.text((x, y), text, color if hidden else (0, 0, 0), typeface)
     y = line
     for text in caption:
@@ -110,6 +121,16 @@ def draw_scene(
         y += bottom + line
     drawn: NDArray[np.uint8] = np.array(image)
     return drawn
+
+
+def _hidden(track: Track) -> bool:
+    """Return whether an object is not tracked."""
+    return track.status is not Status.TRACKING
+
+
+def _meets(place: tuple[float, ...], taken: NDArray[np.float64]) -> bool:
+    """Return whether a place (left, top, right, bottom) meets one of those taken, (n, 4)."""
+    return bool(((taken[:, :2] < place[2:]) & (taken[:, 2:] > place[:2])).all(axis=1).any())
 
 
 def _rounded(points: NDArray[np.float64]) -> list[int]:

@@ -132,7 +132,10 @@ class SlitScan:
             x, color = MARGIN + mark.place * (scan.shape[1] - 1), COLORS[mark.second]
             pen.line((MARGIN, y, across - 1, y), color)
             pen.ellipse((x - 5, y - 5, x + 5, y + 5), outline=color, width=2)
-            pen.text((min(x + 8, across - 30), y + 1), str(mark.identity), color, typeface)
+            name = str(mark.identity)
+            wide = pen.textlength(name, typeface)
+            place = x + 8 if x + 8 + wide < across else x - 8 - wide, y + 1
+            pen.text(place, name, color, typeface, stroke_width=1, stroke_fill=(0, 0, 0))
         for mark, x, y in reversed(looks):
             color = COLORS[mark.second]
             pen.line((across, rows[mark], x, rows[mark]), color)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Iterable, Iterator
+from itertools import takewhile
 from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
@@ -89,6 +90,12 @@ def cuts_in(frames: Iterable[Frame]) -> Iterator[int]:
     for frame in frames:
         if changes.update(frame) == "cut":
             yield frame.index
+
+
+def before_cut(frames: Iterable[Frame]) -> Iterator[Frame]:
+    """Yield frames up to the first cut."""
+    changes = PictureChanges()
+    return takewhile(lambda frame: changes.update(frame) != "cut", frames)
 
 
 def _look(frame: Frame) -> _Look:

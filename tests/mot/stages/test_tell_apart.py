@@ -17,7 +17,7 @@ from motes.mot.look import Look, costs
 from motes.mot.scene import Scene
 from motes.mot.stages.tell_apart import tell_apart
 from motes.mot.tracked_object import TrackedObject
-from scene_objects import BLUE, RED, SIZE, Color, occluded, picture, visible
+from scene_objects import BLUE, RED, SIZE, Color, config, occluded, picture, visible
 
 GREEN, GRAY = (60, 220, 60), (100, 100, 100)
 PLACES = [Box(20, 30, 20, 40), Box(90, 30, 20, 40), Box(160, 30, 20, 40)]
@@ -44,7 +44,7 @@ def after(
 ) -> list[int]:
     """Return the identities where these colors are seen now."""
     now = picture(1, *zip(PLACES, colors, strict=False))
-    return [each.identity for each in tell_apart(objects, free, now, TOUCH)]
+    return [each.identity for each in tell_apart(objects, free, now, 1, TOUCH)]
 
 
 def test_a_group_is_assigned_as_a_whole() -> None:
@@ -96,7 +96,7 @@ def test_nobody_is_exchanged_who(why: str) -> None:
 
 def test_an_exchange_takes_the_models_along_and_leaves_the_places() -> None:
     before = met((RED, BLUE), others=[1, 2])
-    now = tell_apart(before, (), picture(1, *zip(PLACES, (BLUE, RED), strict=False)), TOUCH)
+    now = tell_apart(before, (), picture(1, *zip(PLACES, (BLUE, RED), strict=False)), 1, TOUCH)
     assert [each.identity for each in now] == [2, 1]
     assert [each.track for each in now] == [each.track for each in before]
     assert [each.rng for each in now] == [each.rng for each in before[::-1]]
@@ -109,13 +109,21 @@ def test_what_is_decided_may_be_decided_again_until_all_have_been_seen_for_some_
     for index in range(1, 8):
         one, other = (BLUE, RED) if index == 1 else (RED, BLUE)  # the first frame misleads
         now = picture(index, (PLACES[0], one), (PLACES[1], other))
-        objects = tell_apart(objects, (), now, TOUCH)
+        objects = tell_apart(objects, (), now, index, TOUCH)
         said.append([each.identity for each in objects])
     assert said[0] == [2, 1]
     assert said[-1] == [1, 2]
     assert all(not each.met and each.seen is None for each in objects)
-    gone = tell_apart(met((RED,), others=[1, 2]), (), picture(1, (PLACES[0], RED)), TOUCH)
+    gone = tell_apart(met((RED,), others=[1, 2]), (), picture(1, (PLACES[0], RED)), 1, TOUCH)
     assert gone[0].met == frozenset()
+
+
+@pytest.mark.parametrize("stride", [1, 3])
+def test_all_looks_are_learned_at_every_stride(stride: int) -> None:
+    scene = Scene(lambda _: [Detection(place) for place in PLACES[:2]], config())
+    for index in range(0, 15 * stride, stride):
+        scene.update(picture(index, *zip(PLACES, (RED, BLUE), strict=False)))
+    assert [look.frames for look in scene.looks.values()] == [5, 5]
 
 
 def test_a_look_is_what_is_not_beside_the_object() -> None:

@@ -74,10 +74,14 @@ class MovingCamera:
 
     def __call__(self, frame: Frame) -> list[Detection]:
         """Return the detections in the next frame."""
-        self.motion = None if self._camera is None else self._motion(self._camera, frame)
+        self.glance(frame)
         found = as_detections(self._detector(frame))
         self._boxes = as_rows(each.box for each in found)
         return found
+
+    def glance(self, frame: Frame) -> None:
+        """Look at the camera alone, in a frame at which the detector does not look."""
+        self.motion = None if self._camera is None else self._motion(self._camera, frame)
 
     def _motion(self, camera: GlobalMotion, frame: Frame) -> Floats | None:
         """Return the camera's motion to a frame, if it is followed there."""

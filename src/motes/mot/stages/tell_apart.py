@@ -24,7 +24,11 @@ TURNS = 3
 
 
 def tell_apart(
-    objects: Sequence[TrackedObject], free: Sequence[Detection], frame: Frame, touching: float
+    objects: Sequence[TrackedObject],
+    free: Sequence[Detection],
+    frame: Frame,
+    number: int,
+    touching: float,
 ) -> list[TrackedObject]:
     """Return the objects with the identities that they have from the next frame on.
 
@@ -37,10 +41,12 @@ def tell_apart(
     ----------
     objects, free
         The objects, and the detections that belong to none: somebody unknown may stand there.
+    number
+        Of the frames before, of which a stride may have left out others: whose turn it is.
     touching
         Objects touch if one covers more than this share of another.
     """
-    after, clear = _seen(objects, free, frame, touching)
+    after, clear = _seen(objects, free, frame, number, touching)
     for group in _groups(after):
         if clear.intersection(group):
             _assign(after, group)
@@ -51,7 +57,11 @@ def tell_apart(
 
 
 def _seen(
-    objects: Sequence[TrackedObject], free: Sequence[Detection], frame: Frame, touching: float
+    objects: Sequence[TrackedObject],
+    free: Sequence[Detection],
+    frame: Frame,
+    number: int,
+    touching: float,
 ) -> tuple[list[TrackedObject], set[int]]:
     """Return the objects with their contacts and looks after the frame, and which are clear now."""
     boxes, alive = as_rows(each.box for each in objects), {each.identity for each in objects}
@@ -71,7 +81,7 @@ def _seen(
         (each.met | {objects[m].identity for m in near.get(n, ())}) & alive
         for n, each in enumerate(objects)
     ]
-    learning = [n for n in clear if met_by[n] or _has_turn(objects[n], frame)]
+    learning = [n for n in clear if met_by[n] or _has_turn(objects[n], number)]
     ellipses = [objects[n].track.ellipse for n in learning]
     looks = dict(zip(learning, Look.at(frame, ellipses), strict=True))
     after = list(objects)
@@ -86,9 +96,9 @@ def _seen(
     return after, set(clear)
 
 
-def _has_turn(each: TrackedObject, frame: Frame) -> bool:
+def _has_turn(each: TrackedObject, number: int) -> bool:
     """Return whether an object that has met nobody learns how it looks in this frame."""
-    return each.known is None or (each.identity + frame.index) % TURNS == 0
+    return each.known is None or (each.identity + number) % TURNS == 0
 
 
 def _groups(objects: Sequence[TrackedObject]) -> Iterator[list[int]]:
