@@ -14,14 +14,19 @@ namespace motes::planes {
 using Bytes = Plane<const std::uint8_t>;
 
 // Writes a picture's red, green and blue, each value looked up in the table of its color (3, 256).
+//
+// All three go through one loop: a shorter one may take twice as long by where it lies in the code.
 inline void expose(Picture picture, Bytes tables, Volume<std::uint8_t> out) {
-    const Index places[] = {picture.red(), picture.green(), picture.blue()};
-    for (Index y = 0; y < picture.height; ++y)
-        for (Index c = 0; c < 3; ++c) {
-            const std::uint8_t *from = picture.row(y) + places[c], *table = tables[c];
-            std::uint8_t* __restrict to = out[c][y];
-            for (Index x = 0; x < picture.width; ++x) to[x] = table[from[x * picture.pixel]];
-        }
+    const Index r = picture.red(), g = picture.green(), b = picture.blue();
+    const std::uint8_t *reds = tables[0], *greens = tables[1], *blues = tables[2];
+    for (Index y = 0; y < picture.height; ++y) {
+        const std::uint8_t* from = picture.row(y);
+        std::uint8_t* __restrict red = out[0][y];
+        std::uint8_t* __restrict green = out[1][y];
+        std::uint8_t* __restrict blue = out[2][y];
+        for (Index x = 0; x < picture.width; ++x, from += picture.pixel)
+            red[x] = reds[from[r]], green[x] = greens[from[g]], blue[x] = blues[from[b]];
+    }
 }
 
 // Writes a picture whose light is scaled by a factor, a row of red, green and blue for each pixel;
