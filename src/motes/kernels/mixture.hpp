@@ -169,8 +169,9 @@ inline void learn_first(Plane<float> row, Index at, Index size, const std::uint8
     Index used = 1;  // modes that any pixel has
     for (; used < MODES; ++used) {
         const Modes other(row, used, at);
-        const auto has = [](float weight) { return weight > 0; };
-        if (std::none_of(other.weight, other.weight + size, has)) break;
+        int any = 0;  // vector code, as `std::any_of` is not
+        for (Index i = 0; i < size; ++i) any |= int(other.weight[i] > 0);
+        if (!any) break;
         for (Index i = 0; i < size; ++i) {
             const float less = keep * other.weight[i] - prune;
             const float weight = (other.weight[i] > 0) & (less >= prune) ? less : 0;
