@@ -76,6 +76,14 @@ struct Modes {
     }
 };
 
+// Asks memory for the first mode of the part after the next, so that nobody waits for it there.
+inline void ask_ahead([[maybe_unused]] Plane<float> row, [[maybe_unused]] Index part) {
+#ifdef __GNUC__
+    const float* later = row[part + 2];  // at the row's end, one of its other modes
+    for (Index i = 0; i < FIELDS * PART; i += 16) __builtin_prefetch(later + i);
+#endif
+}
+
 // Writes 1 where a picture is foreground: no mode of the background is near, else 0.
 //
 // Modes of the background are the first ones whose weights add up to `share`. A color is near one
@@ -89,6 +97,7 @@ inline void foreground(Volume<float> model, Volume<const std::uint8_t> picture, 
             const Index size = std::min(PART, out.columns - begin);
             const std::uint8_t *r = picture[0][y] + begin, *g = picture[1][y] + begin,
                                *b = picture[2][y] + begin;
+            ask_ahead(model[y], begin / PART);
             float sum[PART] = {};
             std::uint8_t apart[PART];
             std::fill_n(apart, PART, std::uint8_t(1));
@@ -151,6 +160,7 @@ inline void learn_first(Plane<float> row, Index at, Index size, const std::uint8
     const auto rate = float(how.rate), prune = float(how.rate * how.prune), near = float(how.near);
     const auto least = float(how.least), most = float(how.most), keep = 1 - rate;
     const Modes first(row, 0, at);
+    ask_ahead(row, at);
     float total[PART];
     for (Index i = 0; i < size; ++i) {
         const float squared = first.distance(i, r, g, b), variance = first.variance[i];
@@ -209,6 +219,7 @@ inline void means(Volume<float> model, double share, Volume<std::uint8_t> out) {
     for (Index y = 0; y < out.rows; ++y)
         for (Index begin = 0; begin < out.columns; begin += PART) {
             const Index size = std::min(PART, out.columns - begin);
+            ask_ahead(model[y], begin / PART);
             float sum[PART] = {}, red[PART] = {}, green[PART] = {}, blue[PART] = {};
             bool open = true;
             for (Index mode = 0; mode < MODES && open; ++mode) {
