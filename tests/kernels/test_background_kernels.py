@@ -63,6 +63,19 @@ def test_another_light_in_any_order_of_the_bytes(factor: float) -> None:
         assert np.abs(out - expected).max() <= (factor != 1)
 
 
+@pytest.mark.parametrize("side", [1, 3, 4])
+def test_mean_green_of_blocks_in_any_order_of_the_bytes(side: int) -> None:
+    rgb = mosaic(0, 9, 11)
+    bgr = rgb[:, :, ::-1].copy()[:, :, ::-1]
+    gray = np.broadcast_to(rgb[:, :, :1], rgb.shape)
+    for picture in (rgb, bgr, gray, np.dstack([rgb, rgb])[:, :, :3]):
+        out = np.empty((9 // side, 11 // side), np.float32)
+        kernels.planes.green_means(picture, side, out)
+        green = picture[: len(out) * side, : out.shape[1] * side, 1].astype(np.float32)
+        blocks = green.reshape(len(out), side, -1, side)
+        np.testing.assert_array_equal(out, blocks.sum(axis=(1, 3)) / np.float32(side**2))
+
+
 @pytest.mark.parametrize("size", SIZES)
 def test_window_sums(size: tuple[int, int]) -> None:
     planes = random_planes(size)

@@ -139,6 +139,7 @@ inline bool add_kernels(PyObject* extension) {
                 brief<particles::spread>("spread")}) &&
            add(extension, "planes",
                {unlocked<planes::expose>("expose"), unlocked<planes::relight>("relight"),
+                unlocked<planes::green_means>("green_means"),
                 brief<planes::mean_difference>("mean_difference"),
                 brief<planes::medians>("medians"), brief<planes::median_ratio>("median_ratio"),
                 unlocked<planes::window_sums>("window_sums")}) &&

@@ -50,6 +50,22 @@ inline void relight(Picture picture, double factor, Volume<std::uint8_t> out) {
     }
 }
 
+// Writes the mean green of each block of side x side pixels, from the left and the top on.
+inline void green_means(Picture picture, Index side, Plane<float> out) {
+    fit(side > 0 && out.rows <= picture.height / side && out.columns <= picture.width / side,
+        "blocks that lie in the picture");
+    Scratch<std::uint32_t> sums(out.columns);
+    for (Index i = 0; i < out.rows; ++i) {
+        std::fill_n(sums.begin(), out.columns, std::uint32_t(0));
+        for (Index y = i * side; y < (i + 1) * side; ++y) {
+            const std::uint8_t* from = picture.row(y) + picture.green();
+            for (Index j = 0; j < out.columns; ++j)
+                for (Index k = 0; k < side; ++k, from += picture.pixel) sums[j] += *from;
+        }
+        for (Index j = 0; j < out.columns; ++j) out[i][j] = float(sums[j]) / float(side * side);
+    }
+}
+
 // Returns the mean difference of two pictures (h, w).
 inline double mean_difference(Table<const float> one, Table<const float> other) {
     fit(one.rows == other.rows && one.columns == other.columns, "two pictures of one size");

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from motes import kernels
 from motes.core.types import Bytes, Singles
 
 WIDTH = 160
@@ -88,8 +89,6 @@ def _reduced(pixels: Bytes) -> Singles:
     """Return the green channel of a picture, averaged over blocks."""
     block = min(max(1, round(pixels.shape[1] / WIDTH)), pixels.shape[0])
     height, width = pixels.shape[0] // block, pixels.shape[1] // block
-    rows = pixels[: height * block].reshape(height, block, -1).sum(axis=1, dtype=np.uint16)
-    green = rows[:, 1::3]
-    sums = [green[:, i : width * block : block] for i in range(block)]
-    means: Singles = np.add.reduce(sums, dtype=np.float32) / np.float32(block**2)
-    return means
+    out = np.empty((height, width), np.float32)
+    kernels.planes.green_means(pixels, block, out)
+    return out
