@@ -148,10 +148,11 @@ def test_holes(size: tuple[int, int]) -> None:
 
 
 def test_gradients_along_outlines() -> None:
-    mask, (now, learned, _) = random_mask((20, 30), 0.9), random_planes((20, 30))
+    mask, (_, learned, now) = random_mask((20, 30), 0.9), random_planes((20, 30))
+    picture = np.dstack([255 - now, now, learned])
     boxes = np.array([[0, 0, 30, 20], [3, 4, 5, 6], [29, 19, 1, 1], [0, 0, 1, 1]])
     found = np.empty((4, 2))
-    kernels.ghosts.outline_gradients(mask, now, learned, boxes, found)
+    kernels.ghosts.outline_gradients(mask, picture, learned, boxes, found)
     padded = np.pad(mask, 1, mode="edge")
     sides = padded[:-2, 1:-1], padded[2:, 1:-1], padded[1:-1, :-2], padded[1:-1, 2:]
     outline = np.any([side != mask for side in sides], axis=0)

@@ -10,11 +10,13 @@ namespace motes::ghosts {
 
 using Bytes = Plane<const std::uint8_t>;
 
-// Returns the sum of a plane's gradients in x and y; past the border its pixels repeat.
-inline int gradient(Bytes plane, Index y, Index x) {
-    const Index above = std::max<Index>(y - 1, 0), below = std::min(y + 1, plane.rows - 1);
-    const Index left = std::max<Index>(x - 1, 0), right = std::min(x + 1, plane.columns - 1);
-    return std::abs(plane[below][x] - plane[above][x]) + std::abs(plane[y][right] - plane[y][left]);
+// Returns the sum of the gradients in x and y of values at(y, x) where a mask is; past its border
+// they repeat.
+template <typename At>
+int gradient(At at, Bytes mask, Index y, Index x) {
+    const Index above = std::max<Index>(y - 1, 0), below = std::min(y + 1, mask.rows - 1);
+    const Index left = std::max<Index>(x - 1, 0), right = std::min(x + 1, mask.columns - 1);
+    return std::abs(at(below, x) - at(above, x)) + std::abs(at(y, right) - at(y, left));
 }
 
 // Writes 1 for the pixels of a row, from `left` to before `right`, that have a neighbor beside,
@@ -29,10 +31,15 @@ inline void outline(Bytes mask, Index y, Index left, Index right, std::uint8_t* 
     for (Index x = left; x < std::min(right, last); ++x) out[x] |= here[x] ^ here[x + 1];
 }
 
-// Writes for each box (left, top, width, height) the sums of the gradients of two planes over the
-// pixels on both sides of the mask's outline, in the box and one pixel around it.
-inline void outline_gradients(Bytes mask, Bytes now, Bytes learned, Plane<const std::int64_t> boxes,
-                              Plane<double> out) {
+// Writes for each box (left, top, width, height) the sums of the gradients of a picture's green,
+// and of the learned one, over the pixels on both sides of the mask's outline, in the box and one
+// pixel around it.
+inline void outline_gradients(Bytes mask, Picture now, Bytes learned,
+                              Plane<const std::int64_t> boxes, Plane<double> out) {
+    const auto seen = [&](Index y, Index x) {
+        return int(now.row(y)[x * now.pixel + now.green()]);
+    };
+    const auto usual = [&](Index y, Index x) { return int(learned[y][x]); };
     Scratch<std::uint8_t> edges(mask.columns);
     for (Index i = 0; i < boxes.rows; ++i) {
         const Index x = boxes[i][0], y = boxes[i][1], w = boxes[i][2], h = boxes[i][3];
@@ -43,8 +50,8 @@ inline void outline_gradients(Bytes mask, Bytes now, Bytes learned, Plane<const 
             outline(mask, row, left, right, edges);
             for (Index at = left; at < right; ++at) {
                 if (!edges[at]) continue;
-                sums[0] += gradient(now, row, at);
-                sums[1] += gradient(learned, row, at);
+                sums[0] += gradient(seen, mask, row, at);
+                sums[1] += gradient(usual, mask, row, at);
             }
         }
         out[i][0] = double(sums[0]), out[i][1] = double(sums[1]);

@@ -282,8 +282,7 @@ class BackgroundDetector:
         """Return the boxes of the objects in the foreground."""
         boxes = blobs(mask, self.config.least, known)
         if boxes:
-            green, learned = pixels[:, :, 1], self._background.planes[1]
-            boxes = without_ghosts(boxes, mask, np.ascontiguousarray(green), learned)
+            boxes = without_ghosts(boxes, mask, pixels, self._background.planes[1])
         if len(boxes) > LIMIT:
             text = f"there are {len(boxes)} moving patches; only the {LIMIT} largest are taken"
             self._warn(frame, "flood", text)

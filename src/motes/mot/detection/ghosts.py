@@ -29,7 +29,7 @@ def without_ghosts(boxes: Sequence[Box], mask: Bytes, now: Bytes, learned: Bytes
     mask
         (H, W), 1 where the foreground is.
     now, learned
-        (H, W), green of the frame, and of the learned background.
+        (H, W, 3), the frame; and (H, W), green of the learned background.
     """
     corners, sums = np.array(boxes, np.int64).reshape(-1, 4), np.empty((len(boxes), 2))
     kernels.ghosts.outline_gradients(mask, now, learned, corners, sums)
