@@ -345,3 +345,20 @@ def test_ridge_regression_refuses_sizes_that_do_not_fit() -> None:
         ridge.pad(plane, large, 0.3, 4.0, large)
     with pytest.raises(ValueError, match=r"^center needs two planes of one size"):
         ridge.center(np.ones((2, 3), np.float32), np.ones((2, 2), np.float32))
+
+
+@pytest.mark.parametrize(("step", "block"), [(1, 1), (1, 4), (3, 2)])
+def test_what_tells_a_cut(step: int, block: int) -> None:
+    rgb = mosaic(0, 21, 34)
+    bgr = rgb[:, :, ::-1].copy()[:, :, ::-1]
+    for picture in (rgb, bgr, np.broadcast_to(rgb[:, :, :1], rgb.shape)):
+        points = picture[::step, ::step].astype(int)
+        height, width = (side // block for side in points.shape[:2])
+        colors, sums = np.empty(512), np.empty((height, width))
+        apart = kernels.cuts.look(picture, step, block, colors, sums)
+        codes = (points // 32) @ (64, 8, 1)
+        np.testing.assert_array_equal(colors, np.bincount(codes.ravel(), minlength=512))
+        whole = points[: height * block, : width * block]
+        blocks = whole.reshape(height, block, width, block, 3)
+        np.testing.assert_array_equal(sums, blocks.sum(axis=(1, 3, 4)))
+        assert apart == np.ptp(points, axis=2).mean()

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
         color_filter,
         color_posterior,
         components,
+        cuts,
         fourier,
         fourier_ridge,
         fusion,
@@ -65,6 +66,7 @@ else:
     color_filter = _compiled.color_filter
     color_posterior = _compiled.color_posterior
     components = _compiled.components
+    cuts = _compiled.cuts
     fourier = _compiled.fourier
     fourier_ridge = _compiled.fourier_ridge
     fusion = _compiled.fusion
@@ -94,6 +96,7 @@ __all__ = [
     "color_filter",
     "color_posterior",
     "components",
+    "cuts",
     "fourier",
     "fourier_ridge",
     "fusion",

@@ -7,6 +7,7 @@
 #include "color_filter.hpp"
 #include "color_posterior.hpp"
 #include "components.hpp"
+#include "cuts.hpp"
 #include "fourier.hpp"
 #include "fourier_ridge.hpp"
 #include "fusion.hpp"
@@ -97,6 +98,7 @@ inline bool add_kernels(PyObject* extension) {
            add(extension, "components",
                {unlocked<components::label>("label"),
                 unlocked<components::fill_holes>("fill_holes")}) &&
+           add(extension, "cuts", {unlocked<cuts::look>("look")}) &&
            add(extension, "fourier",
                {unlocked<fourier::rfft>("rfft"), unlocked<fourier::rfft2>("rfft2"),
                 unlocked<fourier::irfft2>("irfft2")}) &&

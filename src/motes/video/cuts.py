@@ -14,9 +14,10 @@ from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
+from motes import kernels
 from motes.core.frame import Frame
 from motes.core.median import median
-from motes.core.types import Bytes, Floats
+from motes.core.types import Floats
 
 Change: TypeAlias = Literal["cut", "light"]
 
@@ -100,24 +101,12 @@ def before_cut(frames: Iterable[Frame]) -> Iterator[Frame]:
 
 def _look(frame: Frame) -> _Look:
     step = max(1, frame.width // SAMPLES)
-    points = np.ascontiguousarray(frame.pixels[::step, ::step].transpose(2, 0, 1))
-    red, green, blue = points >> np.uint8(5)
-    codes = red.astype(np.int64) << 6 | green << np.uint8(3) | blue
-    colors = np.bincount(codes.ravel(), minlength=512) / codes.size
-    apart = np.maximum.reduce(points) - np.minimum.reduce(points)
-    return _Look(frame.time, _small(points), colors, bool(apart.mean() < COLORLESS))
-
-
-def _small(points: Bytes) -> Floats:
-    """Return the gray values of a picture (3, H, W), averaged over blocks."""
-    _, height, width = points.shape
+    height, width = -(-frame.height // step), -(-frame.width // step)
     block = max(1, min(width // GRID, height))
-    height, width = height // block, width // block
-    grays = np.add.reduce(points, dtype=np.uint32)[: height * block, : width * block]
-    rows = np.add.reduce(grays.reshape(height, block, -1), axis=1)
-    sums = np.add.reduce([rows[:, i::block] for i in range(block)])
-    gray: Floats = sums / (3 * block**2)
-    return gray
+    colors, sums = np.empty(512), np.empty((height // block, width // block))
+    apart = kernels.cuts.look(frame.pixels, step, block, colors, sums)
+    gray, shares = sums / (3 * block**2), colors / (height * width)
+    return _Look(frame.time, gray, shares, apart < COLORLESS)
 
 
 def _other_colors(one: _Look, other: _Look) -> bool:

@@ -1,0 +1,3 @@
+from motes.kernels.structures import Bytes, Floats
+
+def look(picture: Bytes, step: int, block: int, colors: Floats, sums: Floats) -> float: ...
