@@ -38,7 +38,8 @@ class Preview:
         turn = self._seen % self._step == 0
         self._seen += 1
         if turn and self._count == MOST:  # every other one stays
-            self._kept[:HALF] = self._kept[::2].copy()
+            for k in range(1, HALF):  # one by one, which needs no memory for all of them
+                self._kept[k] = self._kept[2 * k]
             self._count, self._step = HALF, 2 * self._step
         elif turn:
             if not self._count:
