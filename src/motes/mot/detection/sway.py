@@ -7,6 +7,7 @@ and comes back. Then each edge of the background would be foreground.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import TypeAlias
 
 import numpy as np
@@ -75,16 +76,17 @@ class Sway:
         if self._edges.shape[1] < FEWEST:
             return
         stay = self._apart(pixels, np.array([self.shift]))[0]
-        around = np.indices((2 * step + 1, 2 * step + 1)).reshape(2, -1).T - step
         best, left = self.shift, stay
         while stay.mean() > NOTICED:
-            near = (around + best).clip(-FARTHEST, FARTHEST)
+            near = (_around(step) + best).clip(-FARTHEST, FARTHEST)
             apart = self._apart(pixels, near)
             least = apart.mean(axis=1).argmin()
             if apart[least].mean() >= left.mean():
                 break
             x, y = near[least].tolist()
             best, left = (x, y), apart[least]
+        if best == self.shift:
+            return
         less = stay - left
         if less.mean() > max(NOTICED, SURE * less.std() / math.sqrt(less.size)):
             self.shift = best
@@ -98,6 +100,12 @@ class Sway:
         out = np.empty((len(places), self._edges.shape[1]))
         kernels.sway.misfits(pixels, self._edges, places, MOST, out)
         return out
+
+
+@lru_cache
+def _around(step: int) -> NDArray[np.int64]:
+    """Return all shifts of up to `step` pixels, (n, 2)."""
+    return np.indices((2 * step + 1, 2 * step + 1)).reshape(2, -1).T - step
 
 
 def moved(pixels: Bytes, shift: Shift, behind: Bytes) -> Bytes:
