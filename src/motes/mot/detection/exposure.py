@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from motes import kernels
 from motes.core.types import Bytes, Floats, Singles
@@ -81,10 +84,7 @@ def _gamma_and_contrast(usual: Singles, sparse: Singles) -> tuple[Floats, Floats
     """
     count = usual.shape[1] // KNOTS
     order = np.argsort(usual, axis=1)[:, : KNOTS * count]
-    x, y = (
-        np.take_along_axis(values, order, axis=1).reshape(3, KNOTS, count)
-        for values in (sparse, usual)
-    )
+    x, y = (_taken(values, order).reshape(3, KNOTS, count) for values in (sparse, usual))
     middle = (count - 1) // 2, count // 2
     u, v = np.partition(x, middle, axis=2)[:, :, middle], y[:, :, middle]
     offsets, slopes = _line(sparse, usual, u, v)
@@ -116,8 +116,12 @@ def _medians(values: Singles) -> Singles:
 
 def _of(curves: Floats, colors: Singles) -> Singles:
     """Return the values of colors (3, n) on their curves."""
-    places = colors.astype(np.intp) + curves.shape[1] * np.arange(3)[:, None]
-    values: Singles = curves.take(places).astype(np.float32)
+    return _taken(curves, colors.astype(np.intp)).astype(np.float32)
+
+
+def _taken(rows: NDArray[Any], places: NDArray[np.intp]) -> NDArray[Any]:
+    """Return values of three rows at their places (3, n), faster than take_along_axis."""
+    values: NDArray[Any] = rows.take(places + rows.shape[1] * np.arange(3)[:, None])
     return values
 
 
