@@ -104,8 +104,8 @@ def calls(compiled: Any) -> dict[str, Any]:
     compiled.planes.relight(PIXELS, 1.3, relit)
     planes, sums = np.moveaxis(PIXELS, 2, 0).copy(), np.empty((3, 60, 80), np.uint16)
     compiled.planes.window_sums(planes, sums)
-    parts, numbers = 3 * compiled.mixture.MODES, compiled.mixture.FIELDS * compiled.mixture.PART
-    model = found["mixture"] = np.zeros((60, parts, numbers), np.float32)
+    modes, numbers = compiled.mixture.MODES, compiled.mixture.FIELDS * compiled.mixture.PART
+    model = found["mixture"] = np.zeros((modes, 3 * 60, numbers), np.float32)
     for shift in (0, 1, 0, 2):
         how = MixtureLearning(0.3, 0.05, 9.0, 15.0, 4.0, 75.0)
         compiled.mixture.learn(model, np.roll(planes, shift, axis=2), how)

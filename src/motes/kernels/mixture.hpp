@@ -1,8 +1,8 @@
 // A mixture of Gaussians for each pixel: Stauffer and Grimson, CVPR 1999; Zivkovic, ICPR 2004.
 //
 // A mode has a weight, a variance and the means of three colors; modes are sorted by weight, and
-// one that is not used has none. The model of a row of pixels is a plane (MODES * parts, FIELDS *
-// PART): each mode of the whole row lies in one piece, as later modes are seldom read.
+// one that is not used has none. A model is (MODES, parts, FIELDS * PART): each mode of the whole
+// picture lies in one piece, as later modes are seldom used, and then need no memory.
 #pragma once
 
 #include <algorithm>
@@ -61,8 +61,8 @@ struct Modes {
     float* __restrict weight, * __restrict variance;
     float* __restrict red, * __restrict green, * __restrict blue;
 
-    Modes(Plane<float> row, Index mode, Index part)
-        : weight(row[mode * (row.rows / MODES) + part]),
+    Modes(Volume<float> model, Index mode, Index part)
+        : weight(model[mode][part]),
           variance(weight + PART),
           red(variance + PART),
           green(red + PART),
@@ -76,11 +76,13 @@ struct Modes {
     }
 };
 
-// Asks memory for the first mode of the part after the next, so that nobody waits for it there.
-inline void ask_ahead([[maybe_unused]] Plane<float> row, [[maybe_unused]] Index part) {
+// Asks memory for a mode of the part after the next, its first `fields`, so that nobody waits
+// there.
+inline void ask_ahead([[maybe_unused]] Volume<float> model, [[maybe_unused]] Index mode,
+                      [[maybe_unused]] Index part, [[maybe_unused]] Index fields) {
 #ifdef __GNUC__
-    const float* later = row[part + 2];  // at the row's end, one of its other modes
-    for (Index i = 0; i < FIELDS * PART; i += 16) __builtin_prefetch(later + i);
+    const float* later = model[mode][part + 2];  // at the end, one of the next mode
+    for (Index i = 0; i < fields * PART; i += 16) __builtin_prefetch(later + i);
 #endif
 }
 
@@ -92,18 +94,18 @@ inline void ask_ahead([[maybe_unused]] Plane<float> row, [[maybe_unused]] Index 
 inline void foreground(Volume<float> model, Volume<const std::uint8_t> picture, double share,
                        double limit, Plane<std::uint8_t> out) {
     const auto far = float(limit), enough = float(share);
-    for (Index y = 0; y < out.rows; ++y)
-        for (Index begin = 0; begin < out.columns; begin += PART) {
+    for (Index y = 0, at = 0; y < out.rows; ++y)
+        for (Index begin = 0; begin < out.columns; begin += PART, ++at) {
             const Index size = std::min(PART, out.columns - begin);
             const std::uint8_t *r = picture[0][y] + begin, *g = picture[1][y] + begin,
                                *b = picture[2][y] + begin;
-            ask_ahead(model[y], begin / PART);
+            ask_ahead(model, 0, at, FIELDS);
             float sum[PART] = {};
             std::uint8_t apart[PART];
             std::fill_n(apart, PART, std::uint8_t(1));
             bool open = true;
             for (Index mode = 0; mode < MODES && open; ++mode) {
-                const Modes part(model[y], mode, begin / PART);
+                const Modes part(model, mode, at);
                 int more = 0;
                 for (Index i = 0; i < size; ++i) {
                     const bool asked = (sum[i] < enough) & (part.weight[i] > 0);
@@ -154,13 +156,14 @@ inline void learn(Mixture pixel, const float* color, const Learning& how) {
 
 // Learns part of a row for the pixels that are near their first mode, as `learn` does for one; most
 // are. It keeps its place as the first, so that all go through the same steps. Writes which do.
-inline void learn_first(Plane<float> row, Index at, Index size, const std::uint8_t* r,
+inline void learn_first(Volume<float> model, Index at, Index size, const std::uint8_t* r,
                         const std::uint8_t* g, const std::uint8_t* b, const Learning& how,
                         std::uint8_t* __restrict done) {
     const auto rate = float(how.rate), prune = float(how.rate * how.prune), near = float(how.near);
     const auto least = float(how.least), most = float(how.most), keep = 1 - rate;
-    const Modes first(row, 0, at);
-    ask_ahead(row, at);
+    const Modes first(model, 0, at);
+    ask_ahead(model, 0, at, FIELDS);
+    ask_ahead(model, 1, at, 1);
     float total[PART];
     for (Index i = 0; i < size; ++i) {
         const float squared = first.distance(i, r, g, b), variance = first.variance[i];
@@ -178,7 +181,7 @@ inline void learn_first(Plane<float> row, Index at, Index size, const std::uint8
     }
     Index used = 1;  // modes that any pixel has
     for (; used < MODES; ++used) {
-        const Modes other(row, used, at);
+        const Modes other(model, used, at);
         int any = 0;  // vector code, as `std::any_of` is not
         for (Index i = 0; i < size; ++i) any |= int(other.weight[i] > 0);
         if (!any) break;
@@ -190,7 +193,7 @@ inline void learn_first(Plane<float> row, Index at, Index size, const std::uint8
         }
     }
     for (Index mode = 0; mode < used; ++mode) {
-        const Modes each(row, mode, at);
+        const Modes each(model, mode, at);
         for (Index i = 0; i < size; ++i) each.weight[i] /= done[i] ? total[i] : 1;
     }
 }
@@ -198,17 +201,17 @@ inline void learn_first(Plane<float> row, Index at, Index size, const std::uint8
 // Learns a picture.
 inline void learn_picture(Volume<float> model, Volume<const std::uint8_t> picture, Learning how) {
     const Index width = picture.columns;
-    for (Index y = 0; y < picture.rows; ++y)
-        for (Index begin = 0; begin < width; begin += PART) {
+    for (Index y = 0, at = 0; y < picture.rows; ++y)
+        for (Index begin = 0; begin < width; begin += PART, ++at) {
             const Index size = std::min(PART, width - begin);
             const std::uint8_t *r = picture[0][y] + begin, *g = picture[1][y] + begin,
                                *b = picture[2][y] + begin;
             std::uint8_t done[PART];
-            learn_first(model[y], begin / PART, size, r, g, b, how, done);
+            learn_first(model, at, size, r, g, b, how, done);
             for (Index i = 0; i < size; ++i) {
                 if (done[i]) continue;
                 const float color[] = {float(r[i]), float(g[i]), float(b[i])};
-                learn({model[y][begin / PART] + i, model.rows / MODES * model.columns}, color, how);
+                learn({model[0][at] + i, model.rows * model.columns}, color, how);
             }
         }
 }
@@ -216,14 +219,14 @@ inline void learn_picture(Volume<float> model, Volume<const std::uint8_t> pictur
 // Writes the mean colors of the background, of the modes whose weights add up to `share`.
 inline void means(Volume<float> model, double share, Volume<std::uint8_t> out) {
     const auto enough = float(share);
-    for (Index y = 0; y < out.rows; ++y)
-        for (Index begin = 0; begin < out.columns; begin += PART) {
+    for (Index y = 0, at = 0; y < out.rows; ++y)
+        for (Index begin = 0; begin < out.columns; begin += PART, ++at) {
             const Index size = std::min(PART, out.columns - begin);
-            ask_ahead(model[y], begin / PART);
+            ask_ahead(model, 0, at, FIELDS);
             float sum[PART] = {}, red[PART] = {}, green[PART] = {}, blue[PART] = {};
             bool open = true;
             for (Index mode = 0; mode < MODES && open; ++mode) {
-                const Modes part(model[y], mode, begin / PART);
+                const Modes part(model, mode, at);
                 int more = 0;
                 for (Index i = 0; i < size; ++i) {
                     const float weight = sum[i] < enough ? part.weight[i] : 0;

@@ -37,7 +37,7 @@ class Mixture:
         """Start with a picture as background, and forget the frames before."""
         sizes, (_, height, width) = kernels.mixture, planes.shape
         parts = -(-width // sizes.PART)
-        shape = height, sizes.MODES * parts, sizes.FIELDS * sizes.PART
+        shape = sizes.MODES, height * parts, sizes.FIELDS * sizes.PART
         self._model, self._shape = np.zeros(shape, np.float32), planes.shape
         for number in range(1, FIRST + 1):
             self.learn(planes, 1 / (2 * number))
