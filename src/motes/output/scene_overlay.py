@@ -94,10 +94,8 @@ def draw_scene(
         pen.text(place, text, REGION_COLOR, typeface)
     for each in tracks:
         color, box = color_of(each.identity), each.box
-        trail = np.reshape(trails.get(each.identity, ()), (-1, 2))
-        gaps = np.flatnonzero(np.isnan(trail).any(axis=1))
-        for part in np.split(trail, gaps):
-            if len(part := part[np.isfinite(part).all(axis=1)]) > 1:
+        for part in stretches(trails.get(each.identity, ())):
+            if len(part) > 1:
                 pen.line(_rounded(part), (*color, 200), line)
         far = np.add(box[:2], np.maximum(box[2:], 1) - 1)  # a box has a pixel at least
         corners = _rounded(np.array([box[:2], far]))
@@ -128,6 +126,13 @@ def draw_scene(
         y += bottom + line
     drawn: NDArray[np.uint8] = np.array(image)
     return drawn
+
+
+def stretches(trail: Sequence[Point]) -> list[NDArray[np.float64]]:
+    """Return the parts of a trail, (n, 2) each, between places that are NaN."""
+    places = np.reshape(trail, (-1, 2))
+    parts = np.split(places, np.flatnonzero(np.isnan(places).any(axis=1)))
+    return [part for each in parts if len(part := each[np.isfinite(each).all(axis=1)])]
 
 
 def _hidden(track: Track) -> bool:
