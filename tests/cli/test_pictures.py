@@ -9,7 +9,10 @@ import pytest
 from PIL import Image
 
 from motes.cli import main
+from motes.cli.frame_loop import Moment
+from motes.cli.pictures import Paths
 from motes.core.frame import Frame
+from motes.core.track import Status
 from motes.output.path_pictures import heatmap
 from motes.output.slit_scan import COLORS, COLUMNS, MARGIN, SCALE, SIDE, SlitScan
 from red_box import walk
@@ -97,6 +100,19 @@ def test_a_heatmap_is_red_where_feet_have_been() -> None:
     assert warm[50, 40, 0] - warm[50, 40, 2] > 100
     assert (warm[50, 120] == 90).all()
     assert (heatmap(gray, np.zeros((100, 160))) == gray).all()
+
+
+def test_a_path_is_interrupted_where_its_object_is_not_seen(tmp_path: Path) -> None:
+    out, gray = tmp_path / "paths.png", np.full((60, 160, 3), 90, np.uint8)
+    with Paths(out, overwrite=False) as picture:
+        for index, x in enumerate(range(10, 150, 5)):
+            status = Status.OCCLUDED if 10 <= index < 14 else Status.TRACKING
+            there = [] if index >= 14 and index < 18 else [seen(index, (x, 40), status)]
+            picture.write(Moment(Frame(index, index / 4, gray), there))
+    drawn = np.ptp(np.array(Image.open(out)).astype(int), axis=2)[40] > 50
+    assert drawn[10:56].all()
+    assert not drawn[56:100].any()
+    assert drawn[100:145].all()
 
 
 @pytest.mark.slow

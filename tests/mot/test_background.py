@@ -270,6 +270,21 @@ def test_who_walks_off_leaves_no_ghost(monkeypatch: pytest.MonkeyPatch) -> None:
         assert sum(abs(box.x - GONE.x) <= 2 for box in boxes) == left
 
 
+@pytest.mark.parametrize("gone", [False, True])
+def test_the_edges_of_the_ground_in_a_patch_are_no_outline(*, gone: bool) -> None:
+    """A gray object before a table: its patch has holes and cuts where the table's edges are."""
+    floor = np.full((120, 160), 100, np.uint8)
+    floor[50:52], floor[:, 60:64] = 250, 20
+    mask = np.zeros_like(floor)
+    mask[30:90, 40:80] = 1
+    mask[49:53], mask[60:80, 59:65] = 0, 0
+    before = floor.copy()
+    before[30:90, 40:80] = 110
+    now, learned = (floor, before) if gone else (before, floor)
+    patch = Box(40, 30, 40, 60)
+    assert without_ghosts([patch], mask, now, learned) == [patch] * (not gone)
+
+
 Picture = NDArray[np.uint8]
 PATCH = slice(20, 60), slice(30, 70)
 

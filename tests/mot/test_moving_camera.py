@@ -180,6 +180,29 @@ def test_what_moves_is_found_while_the_camera_pans() -> None:
 
 
 @pytest.mark.slow
+def test_between_its_looks_a_background_that_moves_along_follows_the_camera() -> None:
+    """The motion of several frames came at a look, though objects are followed between them."""
+    rule = DetectionSelection(every=2)
+    scene = Scene(BackgroundDetector(), replace(scene_config(), camera="moving", detections=rule))
+    detector, hits = PannedDetector(), 0
+    for index in range(42):
+        frame, box = panned(index)
+        scene.update(frame)
+        if index:
+            motion = vars(scene.detector)["motion"]
+            np.testing.assert_allclose(motion[:2, 2], (-2, 0), atol=0.3)
+        if index % 2:
+            detector.glance(frame)
+        else:
+            hits += any(iou(box, each.box) > 0.6 for each in detector(frame))
+    assert hits >= 9
+    detector.glance(Frame(42, 2.0, np.zeros_like(frame.pixels)))  # the motion is not clear
+    frame, _ = panned(43)
+    detector.glance(frame)
+    assert detector(panned(44)[0]) == []
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("sways", [False, True])
 def test_what_stays_in_the_picture_exactly_is_writing(sways: bool) -> None:
     """An object that a camera follows stays in the picture too, but not to a pixel."""

@@ -15,7 +15,7 @@ from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status, Track
-from motes.mot.analytics.regions import Regions
+from motes.mot.analytics.regions import Line, Regions, Zone
 from motes.output.overlay import COLORS, draw
 from motes.output.painters import ScenePainter
 from motes.output.scene_overlay import color_of, draw_scene
@@ -143,3 +143,19 @@ def test_a_trail_is_interrupted_where_nothing_is_seen() -> None:
     assert row[62:98].all()
     assert not row[104:206].any()
     assert row[212:248].all()
+
+
+def test_lines_and_zones_have_their_names_where_there_are_several() -> None:
+    line, other = Line((40, 120, 140, 120)), Line((180, 120, 280, 120), "b")
+    zone, outside = Zone((40, 20, 100, 20, 70, 60)), Zone((-90, -90, 400, -90, 400, 20))
+
+    def drawn(line: tuple[Line, ...], zone: tuple[Zone, ...] = ()) -> NDArray[np.uint8]:
+        return draw_scene(gray(), [], {}, Regions(line, zone))
+
+    assert (drawn((other,)) == drawn((replace(other, name="c"),))).all()
+    assert (drawn((line, other)) != drawn((line, replace(other, name="c")))).any()
+    named = drawn((line,), (replace(zone, name="d"),)) != drawn((line,), (zone,))
+    rows, columns = named.any(axis=2).nonzero()
+    assert 20 <= rows.min() < rows.max() < 40
+    assert 40 <= columns.min() < columns.max() < 100
+    assert (drawn((line,), (outside,)) != drawn((line,), (replace(outside, name="e"),))).any()

@@ -24,6 +24,7 @@ from motes.formats import runs
 from motes.mot.analytics.regions import Regions
 from motes.output.motion_charts import FIGURES, MotionSeries, style
 from motes.output.overlay import png
+from motes.output.painters import NOWHERE
 from motes.output.path_pictures import heatmap, paths
 from motes.output.slit_scan import SlitScan
 from motes.rows.schema import FrameRow
@@ -129,7 +130,7 @@ class Heatmap(_Pictures):
 
 
 class Paths(_Pictures):
-    """A picture of the path of each object's foot."""
+    """A picture of the path of each object's foot, interrupted where it is not seen."""
 
     def __init__(self, path: Path, *, overwrite: bool) -> None:
         super().__init__({"": path}, overwrite)
@@ -140,11 +141,15 @@ class Paths(_Pictures):
         """Add a frame's feet."""
         if self._first is None:
             self._first = moment.frame.pixels.copy()
+        seen = {each.identity for each in moment.tracks if each.status is Status.TRACKING}
+        for identity in self._feet.keys() - seen:
+            if self._feet[identity][-1] is not NOWHERE:
+                self._feet[identity].append(NOWHERE)
         for each in moment.tracks:
             if each.status is Status.TRACKING:
                 feet = self._feet.setdefault(each.identity, [])
-                place = each.box.foot
-                if not feet or max(abs(place[0] - feet[-1][0]), abs(place[1] - feet[-1][1])) >= 1:
+                place, (x, y) = each.box.foot, feet[-1] if feet else NOWHERE
+                if not max(abs(place[0] - x), abs(place[1] - y)) < 1:
                     feet.append(place)
 
     def pictures(self) -> Iterator[tuple[str, bytes]]:

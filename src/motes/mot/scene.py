@@ -33,7 +33,7 @@ from motes.core.log import LOG
 from motes.core.seed import checked_seed
 from motes.core.track import Status, Track
 from motes.core.types import Floats
-from motes.mot.detection.moving_camera import MovingCamera, before_camera
+from motes.mot.detection.moving_camera import MovingCamera, PannedDetector, before_camera
 from motes.mot.expected import Expected
 from motes.mot.look import Look
 from motes.mot.scene_config import SceneConfig, scene_config
@@ -308,7 +308,7 @@ class Scene:
         self._detected += 1
         if turn and isinstance(self.detector, ObservingDetector):
             self.detector.observe(moved)
-        camera = self.detector if isinstance(self.detector, MovingCamera) else None
+        camera = self.detector if isinstance(self.detector, MovingCamera | PannedDetector) else None
         found = as_detections(self.detector(frame)) if turn else None
         if camera is not None and not turn:
             camera.glance(frame)

@@ -9,9 +9,7 @@ from numpy.typing import NDArray
 
 from motes.core.frame import as_rgb
 from motes.core.types import Bytes
-from motes.output.scene_overlay import color_of
-
-Point = tuple[float, float]
+from motes.output.scene_overlay import Point, color_of, stretches
 
 SPREAD = 0.01
 """Standard deviation of the spot that a foot leaves, as a share of the frame's diagonal."""
@@ -43,16 +41,20 @@ def heatmap(pixels: Bytes, seconds: NDArray[np.float64]) -> Bytes:
 
 
 def paths(pixels: Bytes, feet: Mapping[int, Sequence[Point]]) -> Bytes:
-    """Return a darkened frame with the path of each identity's foot in its color; a dot ends it."""
+    """Return a darkened frame with the path of each identity's foot in its color; a dot ends it.
+
+    A place that is NaN interrupts a path.
+    """
     from PIL import Image, ImageDraw
 
     image = Image.fromarray(np.rint(DIM * as_rgb(pixels)).astype(np.uint8))
     pen = ImageDraw.Draw(image)
     width = max(1, round(min(image.size) / 240))
     for identity, points in feet.items():
-        if len(points) > 1:
-            pen.line([(x, y) for x, y in points], color_of(identity), width)
-        x, y = points[-1]
+        for part in (parts := stretches(points)):
+            if len(part) > 1:
+                pen.line(part.ravel().tolist(), color_of(identity), width)
+        x, y = parts[-1][-1].tolist()
         reach = 2 * width
         pen.ellipse((x - reach, y - reach, x + reach, y + reach), fill=color_of(identity))
     return np.array(image)

@@ -51,7 +51,8 @@ def draw_scene(
     trails
         The past places of each identity, oldest first; one that is NaN interrupts the line.
     regions
-        Lines and zones of the event counter. A stroke from a line shows its first direction.
+        Lines and zones of the event counter. A stroke from a line shows its first direction. Where
+        there are several, each has its name.
     caption
         Lines of text in the upper left corner, such as time and totals.
     notes
@@ -75,22 +76,26 @@ def draw_scene(
     shapes += [(*each.points, *each.points[:2]) for each in regions.zone] if regions else []
     for points in shapes:
         pen.line(_rounded(np.array(points)), (*REGION_COLOR, 200), line)
-    for each_line in regions.line if regions else ():
+    reach, said = 2 * line, list[tuple[str, int, int]]()
+    for name, each_line in regions.lines.items() if regions else ():
         begin, tip = np.array(each_line.stroke)
         pen.line(_rounded(np.array([begin, tip])), (*REGION_COLOR, 200), line)
         column, row = _rounded(tip[None])
-        reach = 2 * line
         pen.ellipse((column - reach, row - reach, column + reach, row + reach), REGION_COLOR)
-        _, _, wide, high = pen.textbbox((0, 0), each_line.label[0], typeface)
-        place = min(column + 2 * reach, image.width - wide), min(row, image.height - high)
+        text = f"{name} {each_line.label[0]}" if len(shapes) > 1 else each_line.label[0]
+        said.append((text, column + 2 * reach, row))
+    for name, zone in regions.zones.items() if regions and len(shapes) > 1 else ():
+        column, row = _rounded(np.array(zone.points[:2]))
+        said.append((name, column, row))
+    for text, column, row in said:
+        _, _, wide, high = pen.textbbox((0, 0), text, typeface)
+        place = min(max(column, 0), image.width - wide), min(max(row, 0), image.height - high)
         pen.rectangle((*place, place[0] + wide, place[1] + high), (0, 0, 0, 160))
-        pen.text(place, each_line.label[0], REGION_COLOR, typeface)
+        pen.text(place, text, REGION_COLOR, typeface)
     for each in tracks:
         color, box = color_of(each.identity), each.box
-        trail = np.reshape(trails.get(each.identity, ()), (-1, 2))
-        gaps = np.flatnonzero(np.isnan(trail).any(axis=1))
-        for part in np.split(trail, gaps):
-            if len(part := part[np.isfinite(part).all(axis=1)]) > 1:
+        for part in stretches(trails.get(each.identity, ())):
+            if len(part) > 1:
                 pen.line(_rounded(part), (*color, 200), line)
         far = np.add(box[:2], np.maximum(box[2:], 1) - 1)  # a box has a pixel at least
         corners = _rounded(np.array([box[:2], far]))
@@ -121,6 +126,13 @@ def draw_scene(
         y += bottom + line
     drawn: NDArray[np.uint8] = np.array(image)
     return drawn
+
+
+def stretches(trail: Sequence[Point]) -> list[NDArray[np.float64]]:
+    """Return the parts of a trail, (n, 2) each, between places that are NaN."""
+    places = np.reshape(trail, (-1, 2))
+    parts = np.split(places, np.flatnonzero(np.isnan(places).any(axis=1)))
+    return [part for each in parts if len(part := each[np.isfinite(each).all(axis=1)])]
 
 
 def _hidden(track: Track) -> bool:

@@ -141,6 +141,11 @@ class PannedDetector:
         """Take the boxes where the objects that have moved should be in the next frame."""
         self._moved = moved
 
+    def glance(self, frame: Frame) -> None:
+        """Look at the camera alone, in a frame at which the detector does not look."""
+        self._background.glance(frame.pixels)
+        self.motion = self._background.motion
+
     def __call__(self, frame: Frame) -> list[Detection]:
         """Return the moving objects in the next frame, the largest first, all with the score 1."""
         config = self._config
@@ -148,7 +153,7 @@ class PannedDetector:
         mask = self._background.foreground(pixels, frame.time).astype(np.uint8)
         scale = mask.shape[1] / frame.width
         self.motion = self._background.motion
-        if self.motion is None or mask.mean() > config.most:
+        if mask.all() or mask.mean() > config.most:
             return []
         found = blobs(mask, config.least, [_scaled(box, scale) for box in self._moved])
         boxes = [_scaled(box, 1 / scale) for box in found[:LIMIT]]

@@ -58,6 +58,12 @@ class PannedBackground:
     ) -> None:
         self._camera = GlobalMotion(model)
         self._deviations, self._noise, self._trial = deviations, noise, trial
+        self._carried: Floats | None = np.eye(3)
+
+    def glance(self, pixels: Bytes) -> None:
+        """Follow the camera alone, into a frame of which no foreground is asked."""
+        self.motion, carried = self._camera.update(pixels), self._carried
+        self._carried = None if self.motion is None or carried is None else self.motion @ carried
 
     def foreground(self, pixels: Bytes, time: float = 0.0) -> NDArray[np.bool_]:
         """Return the foreground of the next frame, at a time in seconds, reduced: (h, w).
@@ -68,8 +74,9 @@ class PannedBackground:
         cv2 = opencv()
         small, self._scale = reduced(pixels, WIDTH)
         height, width = small.shape[:2]
-        self.motion = self._camera.update(pixels)
-        if self.motion is None:
+        self.glance(pixels)
+        carried, self._carried = self._carried, np.eye(3)
+        if carried is None:
             self._still, self._shown = np.zeros((height, width), np.int32), small.copy()
             self._motions = np.eye(3)[None]
             self._moves = np.ones((height, width), np.bool_)
@@ -78,7 +85,7 @@ class PannedBackground:
             self._age = np.ones((height, width), np.float32)
             self._clear = np.full((height, width), time, np.float32)
             return self._moves
-        motion = scaled(self.motion, self._scale)
+        motion = scaled(carried, self._scale)
         self._compare(small, motion)
         size = width, height
         self._mean = cv2.warpPerspective(self._mean, motion, size)
