@@ -6,16 +6,21 @@ They wander, stop, turn, and go to each other; they touch in about a sixth of th
 marked in the first frame, by an upright box or by an ellipse, and all are followed by one
 `Trackers`. A place is right within half a body's length of the mouse's own center, whatever the
 status. `sure` is the share of the wrong ones that are tracked with a confidence of one half.
+
+With `watch` none is marked: a `Scene` finds them before their background, and a mouse is the object
+that is nearest to it after a second.
 """
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator, Sequence
+from typing import TypeAlias
 
 import cv2
 import numpy as np
 
-from motes import Status, Trackers
+from motes import BackgroundDetector, Scene, Status, Track, Trackers
 from motes.core.frame import Frame
 from motes.core.types import Floats
 
@@ -24,8 +29,10 @@ LONG, THIN = 26, 13
 """Half-axes of a body without its head, in pixels."""
 NEAR = 26
 """Largest distance of a right place, in pixels."""
+Place: TypeAlias = tuple[Track | None, Floats]
 WAYS = (
     ("default", "box"), ("default", "ellipse"), ("maggio", "box"), ("maggio", "ellipse"),
+    ("watch", ""),
 )  # fmt: skip
 
 
@@ -99,6 +106,29 @@ def regions(mice: Floats, form: str) -> list[tuple[float, ...]]:
     return [(x - side / 2, y - side / 2, side, side) for x, y, _ in mice.tolist()]
 
 
+def marked(preset: str, form: str, frames: Sequence[Frame], ways: Floats) -> Iterator[Place]:
+    """Yield where each mouse is followed to, after the first frame, and where it is."""
+    trackers = Trackers(preset, seed=0)
+    trackers.init(frames[0], regions(ways[0], form))
+    for frame in frames[1:]:
+        yield from zip(trackers.update(frame), ways[frame.index, :, :2], strict=True)
+
+
+def watched(frames: Sequence[Frame], ways: Floats) -> Iterator[Place]:
+    """Yield the object that was nearest to each mouse after a second, and where the mouse is."""
+    scene, own = Scene(BackgroundDetector(), seed=0), [0] * MICE
+    scene.prepare(frames)
+    for frame, tracks in scene.watch(frames):
+        places = ways[frame.index, :, :2]
+        if frame.index == RATE and tracks:
+            centers = np.array([each.ellipse[:2] for each in tracks])
+            apart = np.linalg.norm(centers - places[:, None], axis=2)
+            own = [tracks[n].identity for n in apart.argmin(axis=1)]
+        if frame.index > RATE:
+            known = {each.identity: each for each in tracks}
+            yield from ((known.get(n), place) for n, place in zip(own, places, strict=True))
+
+
 def main() -> None:
     """Print the shares of all films for each way."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -110,22 +140,20 @@ def main() -> None:
         ways, floor = walk(rng), arena(rng)
         pictures = [picture(floor, mice, rng).clip(0, 255).astype(np.uint8) for mice in ways]
         frames = [Frame(n, n / RATE, pixels) for n, pixels in enumerate(pictures)]
-        for preset, form in WAYS:
-            trackers = Trackers(preset, seed=0)
-            trackers.init(frames[0], regions(ways[0], form))
-            for frame in frames[1:]:
-                for track, (x, y, _) in zip(
-                    trackers.update(frame), ways[frame.index].tolist(), strict=True
-                ):
-                    here = np.hypot(track.ellipse.x - x, track.ellipse.y - y) <= NEAR
-                    right[preset, form].append(bool(here))
-                    if not here:
-                        tracked = track.status is Status.TRACKING
-                        sure[preset, form].append(tracked and track.confidence >= 0.5)
+        for way in WAYS:
+            followed = watched(frames, ways) if way[0] == "watch" else marked(*way, frames, ways)
+            for track, place in followed:
+                here = track and np.linalg.norm(np.array(track.ellipse[:2]) - place) <= NEAR
+                right[way].append(bool(here))
+                if track and not here:
+                    tracked = track.status is Status.TRACKING
+                    sure[way].append(tracked and track.confidence >= 0.5)
         print(f"{seed + 1} films")
-        for preset, form in WAYS:
-            shares = np.mean(right[preset, form]), np.mean(sure[preset, form] or [False])
-            print(f"  {preset:8} {form:8} right {shares[0]:.2f}, of the wrong sure {shares[1]:.2f}")
+        for way in WAYS:
+            shares = np.mean(right[way]), np.mean(sure[way] or [False])
+            print(
+                f"  {way[0]:8} {way[1]:8} right {shares[0]:.2f}, of the wrong sure {shares[1]:.2f}"
+            )
 
 
 if __name__ == "__main__":

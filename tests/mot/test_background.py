@@ -224,12 +224,58 @@ def heads() -> NDArray[np.uint8]:
         ([Box(30, 20, 40, 60)], 1),  # one object, whose outline has a hollow
         ([Box(30, 20, 18, 60)], 2),  # somebody has come beside the known one
         ([Box(30, 20, 18, 60), Box(52, 20, 18, 60)], 2),
-        ([Box(30, 20, 12, 60), Box(42, 20, 14, 60), Box(58, 20, 12, 60)], 1),
+        ([Box(30, 20, 12, 60), Box(42, 20, 14, 60), Box(58, 20, 12, 60)], 3),
+        ([Box(30, 20, 18, 60), Box(52, 20, 18, 60), Box(28, 20, 300, 180)], 2),  # not the far one
         ([Box(100, 20, 18, 60)], 2),  # elsewhere
     ],
 )
 def test_known_objects_decide_whether_a_patch_is_divided(known: list[Box], parts: int) -> None:
     assert len(blobs(heads(), 0.002, known)) == parts
+
+
+def disc(mask: NDArray[np.uint8], x: float, y: float, radius: float = 12.0) -> None:
+    """Draw a disc into a mask."""
+    rows, columns = np.indices(mask.shape)
+    mask[np.hypot(columns + 0.5 - x, rows + 0.5 - y) <= radius] = 1
+
+
+def test_a_patch_is_shared_by_the_objects_that_are_known_in_it() -> None:
+    """Their places are off by a few pixels, as predicted ones are; another one is not there."""
+    mask = np.zeros((120, 160), np.uint8)
+    disc(mask, 60, 50)
+    disc(mask, 78, 62)
+    near = [Box(52, 34, 24, 24), Box(61, 53, 24, 24)]
+    for known in (near, [*near, Box(120, 20, 24, 24)]):
+        first, second = sorted(blobs(mask, 0.002, known))
+        np.testing.assert_allclose(first, (48, 38, 24, 24), atol=1.5)
+        np.testing.assert_allclose(second, (66, 50, 24, 24), atol=1.5)
+
+
+def test_who_is_not_seen_in_a_patch_gets_no_share_of_it() -> None:
+    mask = np.zeros((120, 160), np.uint8)
+    disc(mask, 60, 50)
+    disc(mask, 78, 62)
+    mask[:, 71:] = 0  # the other one has gone behind something
+    assert blobs(mask, 0.002, [Box(48, 38, 24, 24), Box(60, 50, 24, 24)]) == [Box(48, 38, 23, 31)]
+
+
+def test_two_alike_who_touch_and_turn_round_keep_their_identities() -> None:
+    """Paths alone would have them pass each other."""
+    rng = np.random.default_rng(0)
+    scene, ends = Scene(BackgroundDetector(BackgroundConfig(preview=0.0))), []
+    for index in range(130):
+        pixels = rng.integers(195, 206, (200, 120, 3)).astype(np.uint8)
+        apart = abs(index - 65) * 1.5 + 8  # half of their distance: they touch, and go back
+        if index:
+            mask = np.zeros(pixels.shape[:2], np.uint8)
+            disc(mask, 60, 100 - apart)
+            disc(mask, 60, 100 + apart)
+            pixels[mask > 0] = 40
+        tracks = scene.update(Frame(index, index / 25, pixels))
+        if index in (30, 100):
+            ends.append([each.identity for each in sorted(tracks, key=lambda t: t.ellipse.y)])
+    assert len(ends[0]) == 2
+    assert ends[0] == ends[1]
 
 
 GONE = Box(100, 30, 16, 30)

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from motes import kernels
 from motes.core.geometry import Box, iou
 from motes.core.types import Bytes, Floats
-from motes.mot.boxes import as_rows
+from motes.mot.boxes import areas, as_rows
 from motes.mot.detection.morphology import closed, components, opened
+from motes.mot.overlaps import merged_blobs
 
 ONE = 0.7
 """A patch with a larger intersection over union with a known object is this object."""
@@ -31,6 +32,16 @@ NARROW = 0.1
 """Least width of a part of a patch, as a share of the patch's height: a person's, seen edge on."""
 SPIKE = 0.06
 """Parts of an outline that are narrower than this share of the blob's height are no heads."""
+SAMPLES = 1000
+"""Pixels of a patch, about, that are shared between the objects in it."""
+ROUNDS = 4
+"""Rounds in which they are shared, each from the centers of the one before."""
+NEAR = 2.0
+"""Largest distance of a pixel from the center of its object, in half sides of its box."""
+REACH = 0.3
+"""Largest distance of its center from where it should be, in half sides, too."""
+SEEN = 0.25
+"""An object is seen in a patch if this share of its box is."""
 
 
 def blobs(mask: Bytes, least: float, known: Sequence[Box] = ()) -> list[Box]:
@@ -59,26 +70,79 @@ def blobs(mask: Bytes, least: float, known: Sequence[Box] = ()) -> list[Box]:
     places, clean = as_rows(known), clean.view(np.bool_)
     found: list[tuple[int, Box]] = []
     for number, (x, y, w, h, area) in enumerate(parts.tolist(), start=1):
-        if area < smallest:
-            continue
-        here = slice(y, y + h), slice(x, x + w)
-        patch = (labels[here] == number) & clean[here]
-        whole = Box(x, y, w, h)
-        cuts = divided(patch.view(np.uint8))
-        if not cuts or (known and not _plausible(len(cuts) + 1, whole, places)):
-            found.append((area, whole))
-            continue
-        for left, right in zip([0, *cuts], [*cuts, w], strict=True):
-            part = patch[:, left:right]
-            (own,), (columns,) = part.any(axis=1).nonzero(), part.any(axis=0).nonzero()
-            box = Box(
-                x + left + int(columns[0]), y + int(own[0]), int(columns[-1] - columns[0]) + 1,
-                int(own[-1] - own[0]) + 1,
-            )  # fmt: skip
-            inside = area * np.count_nonzero(part) // max(np.count_nonzero(patch), 1)
-            if inside >= smallest:
-                found.append((inside, box))
+        if area >= smallest:
+            here = slice(y, y + h), slice(x, x + w)
+            patch = (labels[here] == number) & clean[here]
+            objects = _objects(patch, Box(x, y, w, h), area, places)
+            found += [each for each in objects if each[0] >= smallest]
     return [box for _, box in sorted(found, key=lambda each: -each[0])]
+
+
+def _objects(
+    patch: NDArray[np.bool_], whole: Box, area: int, known: Floats
+) -> list[tuple[int, Box]]:
+    """Return the areas and boxes of the objects in a patch (h, w) of an area, which `whole` bounds.
+
+    It is divided at valleys of its outline, or between the objects that are known there.
+    """
+    cuts = divided(patch.view(np.uint8))
+    if cuts and (not len(known) or _plausible(len(cuts) + 1, whole, known)):
+        return _between(patch, whole, area, cuts)
+    if inside := merged_blobs(known, np.array([whole])).get(0):
+        boxes, seen = shared(patch, whole, known[inside])
+        shown = seen > SEEN * areas(boxes)
+        if np.count_nonzero(shown) > 1:
+            return [
+                (int(own), Box(*box))
+                for own, box in zip(seen[shown].tolist(), boxes[shown].tolist(), strict=True)
+            ]
+    return [(area, whole)]
+
+
+def _between(
+    patch: NDArray[np.bool_], whole: Box, area: int, cuts: Sequence[int]
+) -> list[tuple[int, Box]]:
+    """Return the areas and boxes of the parts of a patch between columns."""
+    found, pixels = list[tuple[int, Box]](), max(int(np.count_nonzero(patch)), 1)
+    for left, right in zip([0, *cuts], [*cuts, patch.shape[1]], strict=True):
+        part = patch[:, left:right]
+        rows, columns = (np.flatnonzero(part.any(axis=axis)) for axis in (1, 0))
+        box = Box(
+            whole.x + left + int(columns[0]), whole.y + int(rows[0]),
+            int(columns[-1] - columns[0]) + 1, int(rows[-1] - rows[0]) + 1,
+        )  # fmt: skip
+        found.append((area * int(np.count_nonzero(part)) // pixels, box))
+    return found
+
+
+def shared(patch: NDArray[np.bool_], whole: Box, places: Floats) -> tuple[Floats, Floats]:
+    """Return where objects are in a patch that holds them, and the pixels of each: (n, 4), (n,).
+
+    Each pixel belongs to the object whose center is nearest, in half sides of its box, and each
+    center moves to the mean of its pixels (k-means). The sizes stay: those in a patch are not seen.
+
+    Parameters
+    ----------
+    patch
+        1 where the foreground is, (h, w).
+    whole
+        The box of the patch.
+    places
+        (n, 4), boxes where the objects should be.
+    """
+    rows, columns = np.nonzero(patch)
+    step = max(1, len(rows) // SAMPLES)
+    pixels = np.stack([columns, rows], axis=1)[::step] + np.array([whole.x + 0.5, whole.y + 0.5])
+    half = places[:, 2:] / 2
+    centers = predicted = places[:, :2] + half
+    for _ in range(ROUNDS):
+        far = (((pixels[:, None] - centers) / half) ** 2).sum(axis=2)
+        owned = (far.argmin(axis=1)[:, None] == np.arange(len(centers))) & (far < NEAR**2)
+        counts = owned.sum(axis=0)
+        means = owned.T @ pixels / np.maximum(counts, 1)[:, None]
+        means = np.where(counts[:, None] > 0, means, centers)
+        centers = np.clip(means, predicted - REACH * half, predicted + REACH * half)
+    return np.hstack([centers - half, places[:, 2:]]), counts * float(step)
 
 
 def _plausible(parts: int, patch: Box, known: Floats) -> bool:
