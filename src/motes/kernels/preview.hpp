@@ -10,21 +10,11 @@
 
 namespace motes::preview {
 
-constexpr Index MOST = 31;                  // pictures
-constexpr Index PART = 32;                  // pixels of a row that are looked at together
+constexpr Index MOST = 31;  // pictures
+constexpr Index PART = 32;  // pixels of a row that are looked at together
 constexpr int BITS = 5, CODES = 1 << BITS;  // a number from 0 to 31 tells a picture
-constexpr int LEVELS = 1 << (15 - BITS);    // of brightness, so that a key has 15 bits
 
-using Keys = std::int16_t[MOST][PART];  // level of brightness * CODES + code of the picture
-
-// Returns the level of each sum of three colors: its root, as bright objects differ by more.
-inline std::vector<std::int16_t> levels() {
-    std::vector<std::int16_t> out(3 * 255 + 1);
-    for (std::size_t sum = 0; sum < out.size(); ++sum)
-        out[sum] = std::int16_t(
-            std::nearbyint((LEVELS - 1) * std::sqrt(double(sum) / double(out.size() - 1))));
-    return out;
-}
+using Keys = std::int16_t[MOST][PART];  // brightness * CODES + code of the picture
 
 // Returns the picture of a code: those at both ends of the time come first, then inwards.
 inline std::int16_t time_of(std::int16_t code, std::int16_t pictures) {
@@ -52,10 +42,10 @@ inline void in_order(std::int16_t* __restrict low, std::int16_t* __restrict high
     }
 }
 
-// Writes for each column of sorted keys where the `group` keys begin whose levels are closest
+// Writes for each column of sorted keys where the `group` keys begin whose brightness is closest
 // together, of those that do not lie within half of the time, if there are any.
 inline void closest(const Keys keys, Index count, Index group, std::int16_t* __restrict starts) {
-    constexpr std::int16_t PASSING = LEVELS;  // more than any difference
+    constexpr std::int16_t PASSING = 3 * 256;  // more than any difference
     const auto pictures = std::int16_t(count);
     std::int16_t least[PART];
     std::fill_n(least, PART, std::int16_t(2 * PASSING));
@@ -81,7 +71,7 @@ inline void closest(const Keys keys, Index count, Index group, std::int16_t* __r
 }
 
 // Writes the mean colors of a group of the pictures (n, h, 3 w), for each pixel of its own: those
-// whose levels are closest together, and which do not lie within half of the time.
+// whose brightness is closest together, and which do not lie within half of the time.
 inline void usual_colors(Volume<const std::uint8_t> pictures, Index group,
                          Plane<std::uint8_t> out) {
     const Index count = pictures.planes, width = pictures.columns / 3;
@@ -91,7 +81,6 @@ inline void usual_colors(Volume<const std::uint8_t> pictures, Index group,
             out.columns == pictures.columns,
         "up to 31 pictures of red, green and blue, no more in a group, and a picture to write");
     const auto network = sorting_network(count);
-    const auto level = levels();
     Keys keys = {};
     std::int16_t starts[PART];
     for (Index y = 0; y < pictures.rows; ++y)
@@ -100,7 +89,7 @@ inline void usual_colors(Volume<const std::uint8_t> pictures, Index group,
             for (Index code = 0; code < count; ++code) {
                 const std::uint8_t* from = pictures[time(code)][y] + 3 * left;
                 for (Index x = 0; x < pixels; ++x, from += 3)
-                    keys[code][x] = std::int16_t(level[from[0] + from[1] + from[2]] * CODES + code);
+                    keys[code][x] = std::int16_t((from[0] + from[1] + from[2]) * CODES + code);
             }
             for (const auto& [low, high] : network) in_order(keys[low], keys[high]);
             closest(keys, count, group, starts);

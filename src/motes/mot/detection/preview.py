@@ -55,8 +55,7 @@ def usual_colors(pictures: Bytes) -> Bytes:
 
     They are the mean over the third of the pictures whose brightness is closest together, and which
     do not lie within half of the time. The objects before a background differ, and pass; it does
-    not, and returns. So it is found also where it is seen in fewer than half of the pictures. Dark
-    objects differ by fewer gray values than bright ones, so roots of brightness are compared.
+    not, and returns. So it is found also where it is seen in fewer than half of the pictures.
     """
     count, height, width, _ = pictures.shape
     out = np.empty((height, 3 * width), np.uint8)
