@@ -328,7 +328,8 @@ def test_the_edges_of_the_ground_in_a_patch_are_no_outline(*, gone: bool) -> Non
     before[30:90, 40:80] = 110
     now, learned = (floor, before) if gone else (before, floor)
     patch = Box(40, 30, 40, 60)
-    assert without_ghosts([patch], mask, now, learned) == [patch] * (not gone)
+    picture = np.repeat(now[:, :, None], 3, axis=2)
+    assert without_ghosts([patch], mask, picture, learned) == [patch] * (not gone)
 
 
 Picture = NDArray[np.uint8]

@@ -10,8 +10,8 @@
 
 namespace motes::preview {
 
-constexpr Index MOST = 31;  // pictures
-constexpr Index PART = 32;  // pixels of a row that are looked at together
+constexpr Index MOST = 31;                  // pictures
+constexpr Index PART = 32;                  // pixels of a row that are looked at together
 constexpr int BITS = 5, CODES = 1 << BITS;  // a number from 0 to 31 tells a picture
 
 using Keys = std::int16_t[MOST][PART];  // brightness * CODES + code of the picture
