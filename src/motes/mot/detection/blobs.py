@@ -16,7 +16,7 @@ from motes.core.geometry import Box, iou
 from motes.core.types import Bytes, Floats
 from motes.mot.boxes import areas, as_rows
 from motes.mot.detection.morphology import closed, components, opened
-from motes.mot.overlaps import merged_blobs
+from motes.mot.overlaps import CONTAINED, covered_pairs
 
 ONE = 0.7
 """A patch with a larger intersection over union with a known object is this object."""
@@ -49,8 +49,8 @@ def blobs(mask: Bytes, least: float, known: Sequence[Box] = ()) -> list[Box]:
 
     First holes are filled, as through an object's windows one sees the background: a thin roof over
     them is no speck. Then specks are removed, then patches that are near to each other are
-    connected, then patches that are too small are left out, and the others divided between their
-    heads.
+    connected, then patches that are too small are left out, and the others divided between the
+    objects that are known there, or between their heads.
 
     Parameters
     ----------
@@ -83,12 +83,10 @@ def _objects(
 ) -> list[tuple[int, Box]]:
     """Return the areas and boxes of the objects in a patch (h, w) of an area, which `whole` bounds.
 
-    It is divided at valleys of its outline, or between the objects that are known there.
+    It is shared by the objects that are known there, or divided at valleys of its outline.
     """
-    cuts = divided(patch.view(np.uint8))
-    if cuts and (not len(known) or _plausible(len(cuts) + 1, whole, known)):
-        return _between(patch, whole, area, cuts)
-    if inside := merged_blobs(known, np.array([whole])).get(0):
+    inside = covered_pairs(known, np.array([whole]), CONTAINED)[0]
+    if len(inside) > 1 and not np.any(iou(whole, known) > ONE):
         boxes, seen = shared(patch, whole, known[inside])
         shown = seen > SEEN * areas(boxes)
         if np.count_nonzero(shown) > 1:
@@ -96,6 +94,9 @@ def _objects(
                 (int(own), Box(*box))
                 for own, box in zip(seen[shown].tolist(), boxes[shown].tolist(), strict=True)
             ]
+    cuts = divided(patch.view(np.uint8))
+    if cuts and (not len(known) or _plausible(len(cuts) + 1, whole, known)):
+        return _between(patch, whole, area, cuts)
     return [(area, whole)]
 
 
