@@ -602,13 +602,17 @@ def test_a_detector_learns_some_frames_later_where_what_has_moved_is() -> None:
 def test_a_prepared_detector_finds_who_is_in_the_first_frame(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Frames of another size, which a camera may send later, end the preview."""
+    """Frames of another size, which a camera may send later, end the preview.
+
+    The film is read from a later time on, as with --start.
+    """
     monkeypatch.setattr(ghosts, "GHOST", 0.0)
-    film = [frame(index, 20 + 3 * index) for index in range(40)]
+    film = [frame(index, 20 + 3 * (index - 500)) for index in range(500, 540)]
     for prepared in (True, False):
         detector = BackgroundDetector()
         if prepared:
-            detector.prepare(iter([*film, Frame(40, 8.0, np.zeros((40, 160, 3), np.uint8))]))
+            other = Frame(540, 108.0, np.zeros((40, 160, 3), np.uint8))
+            detector.prepare(iter([*film, other]))
         first = [each.box for each in detector(film[0])]
         later = [each.box for each in [*map(detector, film[1:12])][-1]]
         assert len(first) == prepared
@@ -622,10 +626,10 @@ def test_a_detector_that_is_not_prepared_learns_the_usual_colors_by_and_by(
     monkeypatch.setattr(ghosts, "GHOST", 0.0)
     film = [frame(index, 20 + 3 * index) for index in range(36)]
     counts = {}
-    for preview in (0.0, 30.0):
+    for preview in (0.0, 2.9, 30.0):  # the sixteenth frame, of which it is told, is at 3 s
         detector = BackgroundDetector(BackgroundConfig(preview=preview))
         counts[preview] = [len(detector(picture)) for picture in film]
-    assert counts[0.0][12:] == [2] * 24
+    assert counts[0.0][12:] == counts[2.9][12:] == [2] * 24
     assert counts[30.0][12:15] == [2] * 3
     assert counts[30.0][15:] == [1] * 21
 
