@@ -139,8 +139,12 @@ CALLS: dict[str, tuple[Callable[[Any], object], str]] = {
     "a time as text": (lambda _: counter().update([], "0"), "in seconds"),  # type: ignore[arg-type]
     "a width to count in": (lambda _: motes.EventCounter(None, 640), "width and height"),  # type: ignore[arg-type]
     "a name to watch": (lambda film: watched(str(film)), "frames of a film"),
-    "one picture to watch": (lambda _: watched(PIXELS), "frames of a film"),
+    "one picture to watch": (lambda _: watched(PIXELS), "frames of a film.* one picture"),
     "one frame to watch": (lambda _: watched(motes.Frame(0, 0, PIXELS)), "frames of a film"),
+    "one gray picture to prepare": (
+        lambda _: motes.Scene(motes.BackgroundDetector()).prepare(PIXELS[:, :, 0]),
+        "one picture",
+    ),
     "nothing to prepare": (lambda _: motes.Scene(motes.BackgroundDetector()).prepare(None), "film"),  # type: ignore[arg-type]
     "nothing to smooth": (lambda _: motes.smooth(None), "Give the Track"),  # type: ignore[arg-type]
     "tracks one by one": (lambda _: motes.smooth(iter([track()])), "Give the Track"),  # type: ignore[arg-type]

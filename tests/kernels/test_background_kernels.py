@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from backgrounds import NEEDS_CV2
 from motes import kernels
-from motes.kernels.structures import HoldLimits, LightLimits
+from motes.kernels.structures import HoldLimits, LightLimits, MixtureLearning
 from motes.mot.detection.mixture import Mixture
 from motes.mot.detection.planes import Planes, planes_of, window_sums
 from oracles import mosaic
@@ -273,3 +274,69 @@ def test_a_mixture_is_that_of_opencv(rate: float) -> None:
     np.testing.assert_allclose(weights.sum(axis=0), 1, atol=0.02)
     assert (np.diff(weights, axis=0) <= 0).all()
     assert (weights > 0).sum(axis=0).max() > 2
+
+
+def bytes_of(*shape: int) -> NDArray[np.uint8]:
+    """Return zeros."""
+    return np.zeros(shape, np.uint8)
+
+
+MODEL = 5, 4 * 2, 5 * 32  # of 4 x 64 pixels
+LEARNING = MixtureLearning(0.3, 0.05, 9.0, 15.0, 4.0, 75.0)
+LIMITS = LightLimits(0.5, 1.5, 10.0, 3.0)
+FITTING: dict[str, tuple[Any, ...]] = {
+    "components.label": (bytes_of(4, 64), np.zeros((4, 64), np.int32)),
+    "components.fill_holes": (bytes_of(4, 64), bytes_of(4, 64), bytes_of(4, 64)),
+    "ghosts.outline_gradients": (
+        bytes_of(4, 64), bytes_of(4, 64, 3), bytes_of(4, 64), np.zeros((2, 4), np.int64),
+        np.zeros((2, 2)),
+    ),
+    "illumination.without_light": (
+        bytes_of(4, 64), np.zeros((3, 4, 64), np.uint16), np.zeros((3, 4, 64), np.uint16), LIMITS,
+        bytes_of(4, 64),
+    ),
+    "illumination.without_tremble": (
+        bytes_of(4, 64), bytes_of(3, 4, 64), bytes_of(3, 4, 64), bytes_of(3, 4, 64),
+        bytes_of(4, 64),
+    ),
+    "mixture.foreground": (
+        np.zeros(MODEL, np.float32), bytes_of(3, 4, 64), 0.9, 16.0, bytes_of(4, 64)
+    ),
+    "mixture.learn": (np.zeros(MODEL, np.float32), bytes_of(3, 4, 64), LEARNING),
+    "mixture.means": (np.ones(MODEL, np.float32), 0.9, bytes_of(3, 4, 64)),
+    "planes.expose": (bytes_of(4, 64, 3), bytes_of(3, 256), bytes_of(3, 4, 64)),
+    "planes.relight": (bytes_of(4, 64, 3), 1.3, bytes_of(4, 64, 3)),
+    "planes.window_sums": (bytes_of(3, 4, 64), np.zeros((3, 4, 64), np.uint16)),
+    "selective_update.update": (
+        bytes_of(3, 4, 64), bytes_of(4, 64), bytes_of(4, 64), 1.0, HoldLimits(1.0, 2.0),
+        np.zeros((4, 64)), bytes_of(3, 4, 64),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", FITTING)
+def test_arrays_of_other_sizes_are_refused(name: str) -> None:
+    """One of them at a time is longer by one, in each of its axes."""
+    kernel, arguments = attrgetter(name)(kernels), FITTING[name]
+    kernel(*arguments)
+    for place, value in enumerate(arguments):
+        for axis in range(np.ndim(value) if isinstance(value, np.ndarray) else 0):
+            longer = np.repeat(value, np.eye(value.shape[axis], dtype=int)[0] + 1, axis=axis)
+            with pytest.raises((ValueError, TypeError), match=r"needs|must be"):
+                kernel(*arguments[:place], longer, *arguments[place + 1 :])
+
+
+@pytest.mark.parametrize("sums", [(2, 8), (1, 9)])
+@pytest.mark.parametrize("block", [0, 4])
+def test_blocks_that_do_not_lie_in_the_picture_are_refused(
+    sums: tuple[int, int], block: int
+) -> None:
+    """In 7 x 35 pixels, and every second one of 13 x 69, there is a row of 8 blocks of 4 x 4."""
+    picture = bytes_of(7, 35, 3)
+    with pytest.raises(ValueError, match="blocks that lie in the picture"):
+        kernels.planes.green_means(picture, block, np.zeros(sums, np.float32))
+    picture = bytes_of(13, 69, 3)
+    with pytest.raises(ValueError, match="blocks that lie in the picture"):
+        kernels.cuts.look(picture, 2, block, np.zeros(512), np.zeros(sums))
+    with pytest.raises(ValueError, match="512 colors"):
+        kernels.cuts.look(picture, 2, 4, np.zeros(511), np.zeros((1, 8)))

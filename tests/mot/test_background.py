@@ -18,7 +18,7 @@ from motes.core.geometry import Box, iou
 from motes.kernels.structures import LightLimits
 from motes.mot.detection import background, ghosts
 from motes.mot.detection.background import BackgroundConfig, BackgroundDetector
-from motes.mot.detection.blobs import blobs
+from motes.mot.detection.blobs import blobs, shared
 from motes.mot.detection.ghosts import without_ghosts
 from motes.mot.detection.illumination import (
     Background,
@@ -257,6 +257,58 @@ def test_who_is_not_seen_in_a_patch_gets_no_share_of_it() -> None:
     disc(mask, 78, 62)
     mask[:, 71:] = 0  # the other one has gone behind something
     assert blobs(mask, 0.002, [Box(48, 38, 24, 24), Box(60, 50, 24, 24)]) == [Box(48, 38, 23, 31)]
+
+
+def test_who_is_not_there_gets_no_share_though_the_patch_lies_around() -> None:
+    """An L, whose empty corner holds the box of a known object; its foot is nearest to it."""
+    mask = np.zeros((120, 160), np.uint8)
+    mask[20:80, 40:60] = mask[74:80, 40:100] = 1
+    assert blobs(mask, 0.002, [Box(40, 20, 20, 60), Box(70, 32, 24, 40)]) == [Box(40, 20, 60, 60)]
+
+
+def test_a_part_of_a_shared_patch_that_is_too_small_is_left_out() -> None:
+    mask = np.zeros((120, 160), np.uint8)
+    disc(mask, 60, 50)
+    mask[44:54, 70:90] = 1
+    known = [Box(48, 38, 24, 24), Box(72, 44, 18, 10)]
+    assert len(blobs(mask, 0.002, known)) == 2
+    assert len(blobs(mask, 0.012, known)) == 1
+
+
+WHOLE = Box(100, 50, 20, 10)
+HALVES = np.array([[100.0, 50, 10, 10], [110, 50, 10, 10]])
+
+
+@pytest.mark.parametrize(("off", "left"), [(0.0, 0.0), (1.0, 0.5), (-1.0, 0.0), (4.0, 2.5)])
+def test_who_shares_a_patch_is_found_near_where_he_should_be(off: float, left: float) -> None:
+    """Both fill it; a center is at most 0.3 half sides, here 1.5, from its place.
+
+    One column lies as near to the one as to the other where half a pixel is left.
+    """
+    boxes, _ = shared(np.ones((10, 20), np.bool_), WHOLE, HALVES + np.array([off, 0, 0, 0]))
+    np.testing.assert_allclose(boxes, HALVES + np.array([left, 0, 0, 0]), atol=0.01)
+
+
+def test_pixels_far_from_all_who_share_a_patch_are_nobodys() -> None:
+    """Up to twice the half sides of a box are shared: here ten pixels from its center."""
+    boxes, seen = shared(np.ones((1, 90), np.bool_), Box(0, 0, 90, 1), np.array([[40.0, 0, 10, 1]]))
+    np.testing.assert_allclose(boxes, [[40, 0, 10, 1]])
+    assert seen.tolist() == [20]
+
+
+def test_who_shares_no_pixel_of_a_patch_stays() -> None:
+    gone = np.array([[200.0, 50, 10, 10]])
+    boxes, seen = shared(np.ones((10, 20), np.bool_), WHOLE, np.vstack([HALVES, gone]))
+    np.testing.assert_allclose(boxes, np.vstack([HALVES, gone]))
+    assert seen.tolist() == [100, 100, 0]
+
+
+def test_some_pixels_of_a_large_patch_tell_how_it_is_shared() -> None:
+    """They lie all over it, also where its width is a multiple of the step from one to the next."""
+    whole = Box(2000, 1000, 400, 200)
+    boxes, seen = shared(np.ones((200, 400), np.bool_), whole, 20 * HALVES)
+    np.testing.assert_allclose(boxes, 20 * HALVES, atol=2)
+    np.testing.assert_allclose(seen, 40_000, rtol=0.02)
 
 
 def test_two_alike_who_touch_and_turn_round_keep_their_identities() -> None:
@@ -550,13 +602,17 @@ def test_a_detector_learns_some_frames_later_where_what_has_moved_is() -> None:
 def test_a_prepared_detector_finds_who_is_in_the_first_frame(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Frames of another size, which a camera may send later, end the preview."""
+    """Frames of another size, which a camera may send later, end the preview.
+
+    The film is read from a later time on, as with --start.
+    """
     monkeypatch.setattr(ghosts, "GHOST", 0.0)
-    film = [frame(index, 20 + 3 * index) for index in range(40)]
+    film = [frame(index, 20 + 3 * (index - 500)) for index in range(500, 540)]
     for prepared in (True, False):
         detector = BackgroundDetector()
         if prepared:
-            detector.prepare(iter([*film, Frame(40, 8.0, np.zeros((40, 160, 3), np.uint8))]))
+            other = Frame(540, 108.0, np.zeros((40, 160, 3), np.uint8))
+            detector.prepare(iter([*film, other]))
         first = [each.box for each in detector(film[0])]
         later = [each.box for each in [*map(detector, film[1:12])][-1]]
         assert len(first) == prepared
@@ -570,10 +626,10 @@ def test_a_detector_that_is_not_prepared_learns_the_usual_colors_by_and_by(
     monkeypatch.setattr(ghosts, "GHOST", 0.0)
     film = [frame(index, 20 + 3 * index) for index in range(36)]
     counts = {}
-    for preview in (0.0, 30.0):
+    for preview in (0.0, 2.9, 30.0):  # the sixteenth frame, of which it is told, is at 3 s
         detector = BackgroundDetector(BackgroundConfig(preview=preview))
         counts[preview] = [len(detector(picture)) for picture in film]
-    assert counts[0.0][12:] == [2] * 24
+    assert counts[0.0][12:] == counts[2.9][12:] == [2] * 24
     assert counts[30.0][12:15] == [2] * 3
     assert counts[30.0][15:] == [1] * 21
 

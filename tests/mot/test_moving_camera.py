@@ -129,6 +129,29 @@ def test_a_slow_detector_leaves_no_motion_of_the_camera_out() -> None:
     assert right > 60  # of 71; 39 where it comes twice
 
 
+def test_the_motion_that_a_detector_tells_is_taken_once() -> None:
+    """It is told at a look, and still there in the frames between, in which nothing moves."""
+
+    class Told:
+        motion = np.array([[1.0, 0.0, 20.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+        x = -20.0
+
+        def __call__(self, frame: Frame) -> list[Detection]:
+            self.x += 20
+            return [Detection(Box(self.x, 60, 20, 40))]
+
+    detector, rule = Told(), DetectionSelection(every=2)
+    scene = Scene(detector, replace(scene_config(), camera="moving", detections=rule))
+    for index in range(20):
+        pixels = np.full((*SIZE[::-1], 3), 120, np.uint8)
+        pixels[60:100, 20 * (index // 2) : 20 * (index // 2) + 20] = RED
+        tracks = scene.update(Frame(index, index / 25, pixels))
+        if index >= 10:
+            assert len(tracks) == 1
+            assert abs(tracks[0].box.x - detector.x) < 4
+    assert scene.created == 1
+
+
 @pytest.mark.parametrize("detected", [True, False])
 def test_what_a_detector_finds_is_not_the_camera(detected: bool) -> None:
     """A lorry that fills most of the picture drives by."""

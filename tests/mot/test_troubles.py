@@ -105,8 +105,8 @@ def test_a_curve_is_that_of_the_camera(kind: str) -> None:
 @pytest.mark.parametrize("kind", ["light", "camera"])
 def test_what_happens_later_is_not_said_of_the_first_frame(kind: str) -> None:
     """The first background is of the preview, most of which is after the change."""
-    wide, detector = ground(0, WIDTH + 6), BackgroundDetector()
-    before, after = wide[:, :WIDTH], ground(7) if kind == "light" else wide[:, 6:]
+    wide, detector = ground(0, WIDTH + FARTHEST + 4), BackgroundDetector()
+    before, after = wide[:, :WIDTH], ground(7) if kind == "light" else wide[:, FARTHEST + 4 :]
     frames = list(film(lambda index: after if index >= 20 else before, 45))
     detector.prepare(frames)
     for frame in frames:

@@ -129,8 +129,23 @@ def test_no_label_covers_another(status: Status) -> None:
     other = replace(track(Ellipse.from_box(Box(104, 104, 30, 50)), status), identity=2)
     alone, both = draw_scene(gray(), [one], {}), draw_scene(gray(), [one, other], {})
     assert (near(both, color_of(1), 0) == near(alone, color_of(1), 0)).all()
+    if status is not Status.TRACKING:  # who is seen has the usual place
+        turned = draw_scene(gray(), [other, one], {})
+        assert (near(turned, color_of(1), 0) == near(alone, color_of(1), 0)).all()
+    rows = [near(both, color_of(n), 0).any(axis=1).argmax() for n in (1, 2)]
+    assert rows[0] < rows[1]  # the other label is below
     crowd = [replace(one, identity=1 + n) for n in range(20)]
     assert draw_scene(gray(), crowd, {}).shape == gray().shape
+
+
+def test_who_is_not_seen_has_a_dark_label() -> None:
+    one = replace(track(Ellipse.from_box(Box(100, 100, 90, 60))), identity=1)
+    seen, unseen = (
+        draw_scene(gray(), [replace(one, status=status)])[95:97, 100:102]
+        for status in (Status.TRACKING, Status.OCCLUDED)
+    )
+    assert near(seen, color_of(1), 0).all()
+    assert (unseen < 128).all()
 
 
 def test_a_trail_is_interrupted_where_nothing_is_seen() -> None:
@@ -153,6 +168,7 @@ def test_lines_and_zones_have_their_names_where_there_are_several() -> None:
         return draw_scene(gray(), [], {}, Regions(line, zone))
 
     assert (drawn((other,)) == drawn((replace(other, name="c"),))).all()
+    assert (drawn((), (zone,)) == drawn((), (replace(zone, name="d"),))).all()
     assert (drawn((line, other)) != drawn((line, replace(other, name="c")))).any()
     named = drawn((line,), (replace(zone, name="d"),)) != drawn((line,), (zone,))
     rows, columns = named.any(axis=2).nonzero()

@@ -24,6 +24,12 @@ inline void fit(bool fits, const char* needed) {
     if (!fits) throw Misfit{needed};
 }
 
+// Returns whether planes, or the planes of volumes, have as many rows and columns as the first.
+template <typename First, typename... Others>
+bool same_size(const First& first, const Others&... others) {
+    return ((others.rows == first.rows && others.columns == first.columns) && ...);
+}
+
 // Returns a value within 0 … most; 0 for NaN. It costs two operations of vector code.
 template <typename T>
 T limited(T value, T most) {

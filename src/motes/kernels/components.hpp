@@ -59,6 +59,7 @@ inline std::vector<Run> connected(Bytes mask, int value, Index reach) {
 // Writes the number of each pixel's part, from 1 on, or 0; parts that meet at corners are one.
 // Returns left, top, width, height and area of each part, in the order of their first pixels.
 inline ScratchPlane<Index> label(Bytes mask, Plane<std::int32_t> labels) {
+    fit(same_size(mask, labels), "labels of the mask's size");
     const std::vector<Run> runs = connected(mask, 1, 1);
     std::vector<Index> numbers(runs.size());
     Index count = 0;
@@ -84,6 +85,7 @@ inline ScratchPlane<Index> label(Bytes mask, Plane<std::int32_t> labels) {
 // Adds to a mask the pixels of the one before that lie in the holes of an outline: connected parts
 // of its zeros that do not reach the border.
 inline void fill_holes(Bytes outline, Bytes before, Plane<std::uint8_t> mask) {
+    fit(same_size(mask, outline, before), "three masks of one size");
     const std::vector<Run> runs = connected(outline, 0, 0);
     std::vector<bool> open(runs.size());
     for (const Run& run : runs)

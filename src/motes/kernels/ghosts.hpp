@@ -36,6 +36,9 @@ inline void outline(Bytes mask, Index y, Index left, Index right, std::uint8_t* 
 // pixel around it.
 inline void outline_gradients(Bytes mask, Picture now, Bytes learned,
                               Plane<const std::int64_t> boxes, Plane<double> out) {
+    fit(now.height == mask.rows && now.width == mask.columns && same_size(mask, learned) &&
+            boxes.columns == 4 && out.rows == boxes.rows && out.columns == 2,
+        "a mask, a picture and a plane of one size, boxes, and two sums for each");
     const auto seen = [&](Index y, Index x) {
         return int(now.row(y)[x * now.pixel + now.green()]);
     };

@@ -79,6 +79,8 @@ void across(T* values, Index width, T* __restrict out) {
 inline void without_light(Bytes mask, Sums seen, Sums usual, Limits limits,
                           Plane<std::uint8_t> out) {
     const Index height = mask.rows, width = mask.columns, reach = EDGES / 2;
+    fit(seen.planes == 3 && usual.planes == 3 && same_size(mask, seen, usual, out) && width > 0,
+        "a mask and two pictures of its size");
     const auto texture = float(18 * limits.texture);
     Scratch<float> factor(width), line(width + 2 * reach);
     Scratch<std::uint8_t> inside(width + 2 * reach);
@@ -123,6 +125,9 @@ inline void without_tremble(Bytes mask, Volume<const std::uint8_t> picture,
                             Volume<const std::uint8_t> low, Volume<const std::uint8_t> high,
                             Plane<std::uint8_t> out) {
     const Index size = mask.rows * mask.columns;
+    fit(picture.planes == 3 && low.planes == 3 && high.planes == 3 &&
+            same_size(mask, picture, low, high, out),
+        "a mask and three pictures of its size");
     std::uint8_t* __restrict left = out.data;
     std::fill_n(left, size, std::uint8_t(0));
     for (Index c = 0; c < 3; ++c) {

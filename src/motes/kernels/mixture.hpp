@@ -76,6 +76,14 @@ struct Modes {
     }
 };
 
+// Checks that a model is that of pictures of a size.
+inline void check(Volume<float> model, Index planes, Index height, Index width) {
+    motes::fit(planes == 3 && model.planes == MODES &&
+                   model.rows == height * ((width + PART - 1) / PART) &&
+                   model.columns == FIELDS * PART,
+               "three planes, and the model of their size");
+}
+
 // Asks memory for a mode of the part after the next, its first `fields`, so that nobody waits
 // there.
 inline void ask_ahead([[maybe_unused]] Volume<float> model, [[maybe_unused]] Index mode,
@@ -93,6 +101,8 @@ inline void ask_ahead([[maybe_unused]] Volume<float> model, [[maybe_unused]] Ind
 // which the first ones leave a pixel open.
 inline void foreground(Volume<float> model, Volume<const std::uint8_t> picture, double share,
                        double limit, Plane<std::uint8_t> out) {
+    check(model, picture.planes, out.rows, out.columns);
+    motes::fit(same_size(picture, out), "a picture and a mask of one size");
     const auto far = float(limit), enough = float(share);
     for (Index y = 0, at = 0; y < out.rows; ++y)
         for (Index begin = 0; begin < out.columns; begin += PART, ++at) {
@@ -201,6 +211,7 @@ inline void learn_first(Volume<float> model, Index at, Index size, const std::ui
 // Learns a picture.
 inline void learn_picture(Volume<float> model, Volume<const std::uint8_t> picture, Learning how) {
     const Index width = picture.columns;
+    check(model, picture.planes, picture.rows, width);
     for (Index y = 0, at = 0; y < picture.rows; ++y)
         for (Index begin = 0; begin < width; begin += PART, ++at) {
             const Index size = std::min(PART, width - begin);
@@ -218,6 +229,7 @@ inline void learn_picture(Volume<float> model, Volume<const std::uint8_t> pictur
 
 // Writes the mean colors of the background, of the modes whose weights add up to `share`.
 inline void means(Volume<float> model, double share, Volume<std::uint8_t> out) {
+    check(model, out.planes, out.rows, out.columns);
     const auto enough = float(share);
     for (Index y = 0, at = 0; y < out.rows; ++y)
         for (Index begin = 0; begin < out.columns; begin += PART, ++at) {

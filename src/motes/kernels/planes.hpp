@@ -17,6 +17,9 @@ using Bytes = Plane<const std::uint8_t>;
 //
 // All three go through one loop: a shorter one may take twice as long by where it lies in the code.
 inline void expose(Picture picture, Bytes tables, Volume<std::uint8_t> out) {
+    fit(tables.rows == 3 && tables.columns == 256 && out.planes == 3 &&
+            out.rows == picture.height && out.columns == picture.width,
+        "three tables of 256 values, and three planes of the picture's size");
     const Index r = picture.red(), g = picture.green(), b = picture.blue();
     const std::uint8_t *reds = tables[0], *greens = tables[1], *blues = tables[2];
     for (Index y = 0; y < picture.height; ++y) {
@@ -32,6 +35,8 @@ inline void expose(Picture picture, Bytes tables, Volume<std::uint8_t> out) {
 // Writes a picture whose light is scaled by a factor, a row of red, green and blue for each pixel;
 // what is brighter than white becomes white.
 inline void relight(Picture picture, double factor, Volume<std::uint8_t> out) {
+    fit(out.planes == picture.height && out.rows == picture.width && out.columns == 3,
+        "a picture of the same size");
     const auto scale = std::uint32_t(factor * 65536 + 0.5);  // 16 bits after the point
     const Index places[] = {picture.red(), picture.green(), picture.blue()};
     const Index width = 3 * picture.width;
@@ -156,6 +161,8 @@ inline Index mirrored(Index i, Index size) {
 // Writes the sums over the 3 x 3 pixels around each; beyond the border the picture is mirrored.
 inline void window_sums(Volume<const std::uint8_t> picture, Volume<std::uint16_t> out) {
     const Index height = picture.rows, width = picture.columns;
+    fit(out.planes == picture.planes && same_size(picture, out) && width > 0,
+        "planes, and as many sums");
     Scratch<std::uint16_t> sums(width + 2);
     std::uint16_t* __restrict column = sums + 1;
     for (Index c = 0; c < picture.planes; ++c)

@@ -20,6 +20,9 @@ struct Limits {
 inline void update(Volume<const std::uint8_t> picture, Bytes foreground, Bytes known, double time,
                    Limits limits, Plane<double> since, Volume<std::uint8_t> clean) {
     const Index width = picture.columns;
+    fit(picture.planes == 3 && clean.planes == 3 &&
+            same_size(picture, foreground, known, since, clean),
+        "a picture, masks and times of one size");
     Scratch<std::uint8_t> room(width);
     std::uint8_t* __restrict held = room;
     for (Index y = 0; y < picture.rows; ++y) {

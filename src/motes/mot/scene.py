@@ -410,9 +410,11 @@ class Scene:
 
 def _in_order(pictures: Any, last: Frame | None) -> Iterator[Frame]:
     """Yield pictures as frames, each after the one before; raise a ConfigError for a single one."""
-    single = getattr(pictures, "shape", ())[2:] in ((3,), (4,))
+    shape = getattr(pictures, "shape", ())
+    single = len(shape) == 2 or shape[2:] in ((3,), (4,))
     if single or isinstance(pictures, str) or not isinstance(pictures, Iterable):
-        raise ConfigError(f"Give the frames of a film, as of motes.open_source; got {pictures!r}.")
+        got = "one picture" if single else repr(pictures)
+        raise ConfigError(f"Give the frames of a film, as of motes.open_source; got {got}.")
     for picture in pictures:
         last = as_frame(picture, last)
         yield last

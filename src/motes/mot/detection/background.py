@@ -234,12 +234,11 @@ class BackgroundDetector:
         return [Detection(box) for box in self._shifted(boxes, 1)]
 
     def _begin(self, pixels: Bytes, frame: Frame) -> None:
-        config, planes = self.config, planes_of(pixels)
+        planes = planes_of(pixels)
         self._exposure = Exposure(pixels)
         self._reference = ReferenceImage(pixels)
-        self._preview, self._begun = Preview() if config.preview else None, frame.time
-        if self._preview is not None:
-            self._preview.add(pixels)
+        self._preview, self._begun = Preview(), frame.time
+        self._preview.add(pixels)
         self._learn(planes, frame)
         self._background = Background(planes, self.config.noise)
         self._sway = Sway()

@@ -59,7 +59,7 @@ def blobs(mask: Bytes, least: float, known: Sequence[Box] = ()) -> list[Box]:
     least
         Smallest area of an object, as a share of the mask.
     known
-        Boxes of objects that are known, which decide whether a division is right.
+        Boxes where known objects should be; they also decide whether a division is right.
     """
     sides = zip(GAP, mask.shape, strict=True)
     height, width = (max(1, math.ceil(share * side)) | 1 for share, side in sides)
@@ -131,9 +131,11 @@ def shared(patch: NDArray[np.bool_], whole: Box, places: Floats) -> tuple[Floats
     places
         (n, 4), boxes where the objects should be.
     """
-    rows, columns = np.nonzero(patch)
-    step = max(1, len(rows) // SAMPLES)
-    pixels = np.stack([columns, rows], axis=1)[::step] + np.array([whole.x + 0.5, whole.y + 0.5])
+    step = max(1, math.isqrt(np.count_nonzero(patch) // SAMPLES))
+    middle = step // 2  # of the squares of which each gives a pixel
+    rows, columns = np.nonzero(patch[middle::step, middle::step])
+    corner = np.array([whole.x, whole.y]) + middle + 0.5
+    pixels = step * np.stack([columns, rows], axis=1) + corner
     half = places[:, 2:] / 2
     centers = predicted = places[:, :2] + half
     for _ in range(ROUNDS):
@@ -143,7 +145,7 @@ def shared(patch: NDArray[np.bool_], whole: Box, places: Floats) -> tuple[Floats
         means = owned.T @ pixels / np.maximum(counts, 1)[:, None]
         means = np.where(counts[:, None] > 0, means, centers)
         centers = np.clip(means, predicted - REACH * half, predicted + REACH * half)
-    return np.hstack([centers - half, places[:, 2:]]), counts * float(step)
+    return np.hstack([centers - half, places[:, 2:]]), counts * float(step**2)
 
 
 def _plausible(parts: int, patch: Box, known: Floats) -> bool:

@@ -20,7 +20,7 @@ GHOST = 0.5
 """Along the outline of a ghost, the frame's gradients in x and y are on average less than this
 share of the background's."""
 CUT = 5
-"""Largest width of a cut in a patch that is no outline, in pixels."""
+"""A cut in a patch that is narrower, in pixels, is no outline."""
 
 
 def without_ghosts(boxes: Sequence[Box], mask: Bytes, now: Bytes, learned: Bytes) -> list[Box]:

@@ -59,6 +59,6 @@ def usual_colors(pictures: Bytes) -> Bytes:
     """
     count, height, width, _ = pictures.shape
     out = np.empty((height, 3 * width), np.uint8)
-    rows = np.ascontiguousarray(pictures).reshape(count, height, 3 * width)
+    rows = pictures.reshape(count, height, 3 * width)
     kernels.preview.usual_colors(rows, math.ceil(count * DENSEST), out)
     return out.reshape(height, width, 3)

@@ -42,7 +42,8 @@ def tell_apart(
     objects, free
         The objects, and the detections that belong to none: somebody unknown may stand there.
     number
-        Of the frames before, of which a stride may have left out others: whose turn it is.
+        How many frames there have been before, which tells whose turn it is. Indices do not: a
+        stride leaves some out, and so perhaps always the same objects' turns.
     touching
         Objects touch if one covers more than this share of another.
     """
