@@ -84,7 +84,7 @@ class DetectorConfig:
         """Return a detector with these settings."""
 
 
-def check_detector(detector: object) -> None:
+def check_callable(detector: object) -> None:
     """Raise a ConfigError if a detector cannot be called."""
     if isinstance(detector, type) or not callable(detector):
         raise ConfigError(

@@ -23,7 +23,7 @@ from motes.core.detection import (
     Detector,
     ObservingDetector,
     PreparedDetector,
-    check_detector,
+    check_callable,
     usable,
 )
 from motes.core.errors import ConfigError, SourceError
@@ -190,7 +190,7 @@ class Scene:
         self.config = scene_config(config) if isinstance(config, str) else config
         if not isinstance(self.config, SceneConfig):
             raise ConfigError(f"A scene takes a preset's name or a SceneConfig; got {config!r}.")
-        check_detector(detector)
+        check_callable(detector)
         self.detector = before_camera(detector, self.config.camera)
         self._seed = checked_seed(seed)
         self._state = SceneState()

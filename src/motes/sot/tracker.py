@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from motes.core.adapters import as_detections
 from motes.core.decode import MisfitError, decode
-from motes.core.detection import Detector, best, check_detector
+from motes.core.detection import Detector, best, check_callable
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.files import as_path, write_whole
 from motes.core.frame import Frame, as_frame
@@ -156,7 +156,7 @@ class Tracker:
         ConfigError
             If it is none, or returns something else.
         """
-        check_detector(detector)
+        check_callable(detector)
         picture = as_frame(frame)
         found = best(as_detections(detector(picture)), picture)
         if found is None:
