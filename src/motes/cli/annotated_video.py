@@ -43,6 +43,8 @@ def painted_target(*, metres: bool) -> Paint:
 class AnnotatedVideo(Sink):
     """A video that begins at 0; checks on construction that it can be written.
 
+    Raises a FormatError if the file exists and must not be overwritten, or cannot be made.
+
     Parameters
     ----------
     path, overwrite
@@ -51,11 +53,6 @@ class AnnotatedVideo(Sink):
         The source, of which every n-th frame is used.
     painted
         What makes the pictures.
-
-    Raises
-    ------
-    FormatError
-        If the file exists and must not be overwritten, or cannot be made.
     """
 
     def __init__(

@@ -65,12 +65,8 @@ app.register_install_completion_command(help="Install completion for this shell 
 def commands(tokens: Sequence[str]) -> App:
     """Return all commands; those of other packages are loaded only where they may be meant.
 
-    Raises
-    ------
-    MissingDependencyError
-        If the command is of a program that is not installed.
-    PluginError
-        If the package that adds the command cannot be used.
+    Raises a MissingDependencyError if the command is of a program that is not installed, and a
+    PluginError if the package that adds the command cannot be used.
     """
     first = tokens[0] if tokens else ""
     if first in COMMANDS:

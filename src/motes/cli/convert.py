@@ -283,12 +283,8 @@ def _sides(size: str | None) -> tuple[int, int]:
 def _checked(recorded: Recording, rows: Path, facts: FilmFacts, fps: float | None) -> Recording:
     """Return the objects with the size of the film, checked against it and against --fps.
 
-    Raises
-    ------
-    ConfigError
-        If --fps is given, and the objects have other times of their own.
-    SourceError
-        If the objects are of another film, by its size, its number of frames or its length.
+    Raises a ConfigError if --fps is given, and the objects have other times of their own; and a
+    SourceError if the objects are of another film, by its size, its number of frames or its length.
     """
     later = [row for row in recorded if row.frame]
     if fps and later and all(abs(row.time - facts.time(row.frame)) > 1e-6 for row in later):
@@ -323,10 +319,7 @@ def _checked(recorded: Recording, rows: Path, facts: FilmFacts, fps: float | Non
 def _measured(recorded: Recording, plane: RealUnits, form: str) -> Recording:
     """Return the objects with metres.
 
-    Raises
-    ------
-    ConfigError
-        If the format holds none, or the lens is that of another film.
+    Raises a ConfigError if the format holds none, or the lens is that of another film.
     """
     from motes.formats import registry
     from motes.formats.aspects import OTHERS

@@ -95,7 +95,9 @@ def refine_rows(
     """Track what changes and what is not finished; write rows and history.
 
     The history is written first, with all of these stretches as not finished, then the rows, then
-    the history again. A run that is killed at any moment can so be finished.
+    the history again. A run that is killed at any moment can so be finished. Raises a ConfigError
+    if keyframes contradict each other, or are outside of the film; and a FormatError if a file
+    cannot be written, or that of the rows has changed since they were read.
 
     Parameters
     ----------
@@ -113,13 +115,6 @@ def refine_rows(
     Returns
     -------
     The number of rows made anew, and the interrupt that ended the run, or None.
-
-    Raises
-    ------
-    ConfigError
-        If keyframes contradict each other, or are outside of the film.
-    FormatError
-        If a file cannot be written, or that of the rows has changed since they were read.
     """
     check_keyframes(after.keys, film.name, film.frames, film.width, film.height)
     parts = changed(film.frames, before.keys, after.keys, before.unfinished)

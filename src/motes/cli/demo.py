@@ -152,10 +152,7 @@ class Played(NamedTuple):
 def _in_processes(play: Callable[[Story], Played]) -> Iterator[Played]:
     """Make each film in a process of its own; yield what they gave, in their order.
 
-    Raises
-    ------
-    FormatError
-        If a film is not made.
+    Raises a FormatError if a film is not made.
     """
     workers: list[Worker] = []
     try:

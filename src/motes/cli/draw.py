@@ -139,10 +139,7 @@ def draw(
 def _units(rows: Path, options: UnitOptions, known: History | None) -> RealUnits | None:
     """Return how pixels become metres; None if they do not.
 
-    Raises
-    ------
-    ConfigError
-        If another way is given than is remembered.
+    Raises a ConfigError if another way is given than is remembered.
     """
     plane = options.units()
     if known is None or known.units is None:
@@ -155,10 +152,7 @@ def _units(rows: Path, options: UnitOptions, known: History | None) -> RealUnits
 def _opened(source: str, fps: float | None, known: History | None) -> Source:
     """Return the film of rows, with the frames of their run.
 
-    Raises
-    ------
-    InputError
-        If it is another film.
+    Raises an InputError if it is another film.
     """
     if not is_recorded(source):
         raise ConfigError(f"{source} is read once, as it comes; give the recording of these rows.")

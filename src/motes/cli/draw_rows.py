@@ -70,10 +70,8 @@ def rows_in(
 ) -> Given:
     """Return the rows in a file of any format; those of one object, unless a scene was watched.
 
-    Raises
-    ------
-    MotesError
-        If it cannot be read, or is of another film than that of `source`, which is open.
+    Raises a MotesError if it cannot be read, or is of another film than that of `source`, which is
+    open.
     """
     form = form or registry.recognized(path)
     read = None if film.even_rate else Film.quickly(source)

@@ -193,6 +193,9 @@ def run(
 ) -> int:
     """Write the result of each frame into all outputs, close them, and print a summary.
 
+    Raises a MotesError if the source cannot be read any more, or an output not be written. Where a
+    live source is away for good, the outputs are finished before.
+
     Parameters
     ----------
     film
@@ -211,12 +214,6 @@ def run(
     Returns
     -------
     The exit code. All outputs are closed; an interrupt before the first frame leaves no file.
-
-    Raises
-    ------
-    MotesError
-        If the source cannot be read any more, or an output not be written. Where a live source is
-        away for good, the outputs are finished before.
     """
     interrupted: KeyboardInterrupt | None = None
     away: AwayError | None = None

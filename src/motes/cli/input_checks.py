@@ -32,10 +32,7 @@ REGION = "x,y,width,height", "x,y,a,b,theta"
 def numbers_of(flag: str, text: str, *forms: str) -> list[float]:
     """Return the numbers of an option in one of some forms, such as x,y,width,height.
 
-    Raises
-    ------
-    ConfigError
-        If the text has none of them.
+    Raises a ConfigError if the text has none of them.
     """
     try:
         numbers = [float(number) for number in text.split(",")]
@@ -99,7 +96,8 @@ def error_context(where: Path | str) -> Iterator[None]:
 def checked_output(source: str, outputs: OutputOptions, others: Sequence[str | Path]) -> str | None:
     """Return the file of the rows, or -, or None without rows, after a check of all outputs.
 
-    Rows without -o have a name of their own if nothing else is made.
+    Rows without -o have a name of their own if nothing else is made. Raises a ConfigError if an
+    output is the source or another output, or options contradict each other.
 
     Parameters
     ----------
@@ -107,11 +105,6 @@ def checked_output(source: str, outputs: OutputOptions, others: Sequence[str | P
         The source, and the options of outputs.
     others
         The files of further outputs.
-
-    Raises
-    ------
-    ConfigError
-        If an output is the source or another output, or options contradict each other.
     """
     from motes.cli.outputs import is_document
     from motes.rows.schema import journal_of
@@ -144,10 +137,7 @@ def default_output(source: str) -> str:
 def check_not_source(source: str, *outputs: Path | None) -> None:
     """Check that source and outputs are different files, also through links.
 
-    Raises
-    ------
-    ConfigError
-        If an output is the source, or another output.
+    Raises a ConfigError if an output is the source, or another output.
     """
     paths = [path for path in outputs if path is not None]
     if any(same_file(source, path) for path in paths):
@@ -190,10 +180,7 @@ def point_out_unfinished(rows: Path, known: History | None) -> None:
 def check_label(label: str | None, output: str | None, form: str | None) -> None:
     """Check the class of the objects in an output.
 
-    Raises
-    ------
-    ConfigError
-        If the name is empty or unprintable, or the output has no classes.
+    Raises a ConfigError if the name is empty or unprintable, or the output has no classes.
     """
     from motes.cli.outputs import format_of
 
@@ -242,12 +229,8 @@ def check_guesses(output: str | None, form: str | None, *, wanted: bool) -> None
 def prepared_folder(out: Path | None, files: Iterable[str], overwrite: bool) -> Iterator[None]:
     """Make a folder, if one is asked for, and check that these files can be written there.
 
-    At the end it is removed again if it was made here and nothing is in it.
-
-    Raises
-    ------
-    FormatError
-        If the folder or a file cannot be written.
+    At the end it is removed again if it was made here and nothing is in it. Raises a FormatError if
+    the folder or a file cannot be written.
     """
     from motes.rows.writer import check_writable
 

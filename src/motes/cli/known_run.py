@@ -56,10 +56,7 @@ class TrackerOptions:
 def units_of(rows: Path, metres: bool, known: History | None) -> RealUnits | None:
     """Return how the pixels of rows become metres, as it is remembered; None if they do not.
 
-    Raises
-    ------
-    ConfigError
-        If the rows have metres, and nothing is remembered.
+    Raises a ConfigError if the rows have metres, and nothing is remembered.
     """
     if known is not None and known.units is not None:
         return known.units
@@ -74,12 +71,8 @@ def units_of(rows: Path, metres: bool, known: History | None) -> RealUnits | Non
 def film_of_rows(source: str, rows: Path, fps: float | None, known: History | None) -> Film:
     """Return the film of rows, up to the end and at the frame rate that are remembered.
 
-    Raises
-    ------
-    ConfigError
-        If another rate is given than is remembered.
-    InputError
-        If it is another film.
+    Raises a ConfigError if another rate is given than is remembered, and an InputError if it is
+    another film.
     """
     if known is None:
         film = Film(source, fps=fps)
@@ -111,14 +104,9 @@ def corrected_run(
     """Return the rows of one target, their film, and their history with its keyframes.
 
     Of several targets, that with the identity is taken. Rows of a plain `motes track` get the first
-    place of the target as their keyframe, and may get another tracker.
-
-    Raises
-    ------
-    ConfigError
-        For an unknown option, one that is remembered already, or rows without a target.
-    InputError
-        If the rows lack this target, or have several and none is chosen, or it is another film.
+    place of the target as their keyframe, and may get another tracker. Raises a ConfigError for an
+    unknown option, one that is remembered already, or rows without a target; and an InputError if
+    the rows lack this target, or have several and none is chosen, or it is another film.
     """
     check_order(source, rows)
     whole = History.beside(rows)

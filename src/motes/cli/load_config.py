@@ -26,12 +26,8 @@ def tracker_config(
 ) -> TrackerConfig:
     """Return a preset, changed by the file and the options, in this order.
 
-    Raises
-    ------
-    ConfigError
-        For an unknown preset or key, or a value that does not fit.
-    SourceError
-        If the file cannot be read.
+    Raises a ConfigError for an unknown preset or key, or a value that does not fit; and a
+    SourceError if the file cannot be read.
     """
     from motes.core.config import from_toml
     from motes.sot import presets
@@ -56,6 +52,9 @@ def load_watch_config(
 ) -> WatchConfig:
     """Return the scene of a preset, changed by the file, the options and --set in turn.
 
+    Raises a ConfigError for an unknown preset, detector or key, or a value that does not fit; and a
+    SourceError if the file cannot be read.
+
     Parameters
     ----------
     preset
@@ -66,13 +65,6 @@ def load_watch_config(
         The file of --config, and --set.
     own_code
         Whether the file may name a detector that is code.
-
-    Raises
-    ------
-    ConfigError
-        For an unknown preset, detector or key, or a value that does not fit.
-    SourceError
-        If the file cannot be read.
     """
     from motes.core.config import from_toml
     from motes.mot.detection.custom import CustomConfig
@@ -99,10 +91,7 @@ def load_watch_config(
 def with_network(settings: dict[str, Any], preset: str, given: str | None) -> dict[str, Any]:
     """Return settings with --network as their key `network.files`.
 
-    Raises
-    ------
-    ConfigError
-        If the preset takes no network, or the settings have this key too.
+    Raises a ConfigError if the preset takes no network, or the settings have this key too.
     """
     if given is None:
         return settings
@@ -122,10 +111,7 @@ def with_network(settings: dict[str, Any], preset: str, given: str | None) -> di
 def open_network(config: TrackerConfig) -> None:
     """Open the network of a configuration, if it has one, before anything is written.
 
-    Raises
-    ------
-    MotesError
-        If its files cannot be used.
+    Raises a MotesError if its files cannot be used.
     """
     network = getattr(config, "network", None)
     if network is not None:

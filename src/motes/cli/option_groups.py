@@ -160,10 +160,7 @@ class FrameOptions:
     def open(self, source: str, *, whole: bool = False) -> "Source":
         """Return the frames of a source, if `whole` also those from `end` on.
 
-        Raises
-        ------
-        SourceError
-            If it cannot be read.
+        Raises a SourceError if it cannot be read.
         """
         from motes.video.sources import is_remote, open_source
 

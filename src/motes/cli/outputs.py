@@ -37,10 +37,7 @@ STREAMED = ("csv", "jsonl", "mot")
 def format_of(name: str, form: str | None) -> str:
     """Return the name of an output's format: `form` if given, else that of the name's ending.
 
-    Raises
-    ------
-    ConfigError
-        If the ending or the format is unknown, or the format cannot be written.
+    Raises a ConfigError if the ending or the format is unknown, or the format cannot be written.
     """
     if form is None:
         return "csv" if name == "-" else format_for(name)
@@ -104,6 +101,8 @@ class RowsOutput(Sink):
 class Remembered(Sink):
     """What is to be remembered of a run, beside its rows, from before the first one on.
 
+    Raises a FormatError if the file exists and must not be overwritten, or cannot be made.
+
     Parameters
     ----------
     rows
@@ -115,11 +114,6 @@ class Remembered(Sink):
     resume
         Whether the rows that are there are compared. As they may be of another run, what is
         remembered of them stays until there is a new one.
-
-    Raises
-    ------
-    FormatError
-        If the file exists and must not be overwritten, or cannot be made.
     """
 
     def __init__(self, rows: Path, history: History, *, overwrite: bool, resume: bool) -> None:
@@ -296,10 +290,8 @@ def say_how_to_train(path: Path, form: str, recorded: Recording) -> None:
 def check_place(name: str, form: str, overwrite: bool) -> None:
     """Check that a file, or a folder, of a format can be made.
 
-    Raises
-    ------
-    FormatError
-        If it exists and must not be overwritten, or the folder above is missing or protected.
+    Raises a FormatError if it exists and must not be overwritten, or the folder above is missing or
+    protected.
     """
     known = FORMATS.resolve(form)
     if not known.folder:

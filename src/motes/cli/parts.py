@@ -18,6 +18,8 @@ PARTS = Registry[Callable[..., Any]]("part", "motes.parts", Callable, {}, values
 def part(name: str, need: str, program: str = "fleet") -> Callable[..., Any]:
     """Return what another program brings.
 
+    Raises a MissingDependencyError if no installed package has it.
+
     Parameters
     ----------
     name
@@ -26,11 +28,6 @@ def part(name: str, need: str, program: str = "fleet") -> Callable[..., Any]:
         What needs it, as the subject of an error.
     program
         The program that has it.
-
-    Raises
-    ------
-    MissingDependencyError
-        If no installed package has it.
     """
     if name not in PARTS:
         raise missing(need, program)

@@ -75,10 +75,7 @@ class Request(Generic[Configuration]):
     def rows(self, film: Source | Film, further: Sequence[str] = ()) -> list[Sink]:
         """Return what writes the rows, with further columns; none if they are not asked for.
 
-        Raises
-        ------
-        FormatError
-            If a file exists and must not be overwritten, or cannot be made.
+        Raises a FormatError if a file exists and must not be overwritten, or cannot be made.
         """
         name, options = self.output, self.outputs
         if name is None:

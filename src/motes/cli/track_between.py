@@ -43,12 +43,8 @@ def track_between(
 ) -> int:
     """Track a target between keyframes, write the outputs and print a summary.
 
-    The region is that of --init, in the first frame.
-
-    Raises
-    ------
-    ConfigError
-        If keyframes contradict each other or do not fit the film, or the lens does not.
+    The region is that of --init, in the first frame. Raises a ConfigError if keyframes contradict
+    each other or do not fit the film, or the lens does not.
     """
     frames = asked.frames
     film = Film(asked.source, start=frames.start, end=frames.end, fps=frames.fps)

@@ -40,10 +40,7 @@ def track_one(
 ) -> int:
     """Track one object, with the figures of the papers in a folder; return the exit code.
 
-    Raises
-    ------
-    ConfigError
-        If an option makes no sense with the source or the output.
+    Raises a ConfigError if an option makes no sense with the source or the output.
     """
     output, units = asked.output, asked.units
     form = None if output is None else format_of(output, asked.outputs.format)

@@ -53,10 +53,7 @@ class TargetOptions:
     def region(self) -> list[float] | None:
         """Return the numbers of one --init, for a target with keyframes; None without it.
 
-        Raises
-        ------
-        ConfigError
-            If the target is given in another way, or there are several.
+        Raises a ConfigError if the target is given in another way, or there are several.
         """
         if self.detect is not None:
             raise ConfigError("Keyframes go with --init; omit other targets.")
@@ -113,12 +110,8 @@ class KeyframeOptions:
     def marks(self, source: str) -> Marks:
         """Return the keyframes of these options for a source.
 
-        Raises
-        ------
-        ConfigError
-            If an option has another form.
-        FormatError
-            If the file cannot be read, or has keyframes of other films only.
+        Raises a ConfigError if an option has another form; and a FormatError if the file cannot be
+        read, or has keyframes of other films only.
         """
         from motes.core.geometry import check_angle
         from motes.correction.keyframes import ABSENT, keyframes_of, marks_of

@@ -36,12 +36,8 @@ class UnitOptions:
     def units(self) -> RealUnits | None:
         """Return the units of the options; None if there are none.
 
-        Raises
-        ------
-        ConfigError
-            If options contradict each other, or a file does not describe the ground or a lens.
-        SourceError
-            If a file cannot be read.
+        Raises a ConfigError if options contradict each other, or a file does not describe the
+        ground or a lens; and a SourceError if a file cannot be read.
         """
         if self.scale is None and self.ground is None and self.lens is None:
             return None
@@ -71,10 +67,8 @@ class UnitOptions:
 def check_size(units: RealUnits | None, film: str, width: int, height: int) -> None:
     """Check that the lens is of a film of this size, and say where it has no places.
 
-    Raises
-    ------
-    ConfigError
-        If it was calibrated with pictures of another size, or maps nothing to their middle.
+    Raises a ConfigError if it was calibrated with pictures of another size, or maps nothing to
+    their middle.
     """
     if units is None or units.lens is None:
         return

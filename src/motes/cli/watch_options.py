@@ -93,12 +93,8 @@ class CountingOptions:
     def regions(self) -> "Regions":
         """Return the lines, the zones and the ground of the options and of the file.
 
-        Raises
-        ------
-        ConfigError
-            For a value that does not fit, or options that contradict each other.
-        SourceError
-            If the file cannot be read.
+        Raises a ConfigError for a value that does not fit, or options that contradict each other;
+        and a SourceError if the file cannot be read.
         """
         from msgspec.structs import replace
 
