@@ -15,12 +15,8 @@ from motes.core.errors import ConfigError, MotesError
 def import_callable(name: str) -> Callable[..., Any]:
     """Return the callable with a name `module:callable`, also from the current folder.
 
-    That folder comes last: a file there cannot take the place of an installed module.
-
-    Raises
-    ------
-    ConfigError
-        If it is not callable. The import may raise other errors.
+    That folder comes last: a file there cannot take the place of an installed module. Raises a
+    ConfigError if it is not callable. The import may raise other errors.
     """
     if os.getcwd() not in sys.path:
         sys.path.append(os.getcwd())

@@ -136,12 +136,8 @@ def merge(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]
 def from_dict(values: Mapping[str, Any], kind: type[C] | Any) -> Any:
     """Return the configuration of type `kind` (a class or a union of classes) from plain values.
 
-    Raises
-    ------
-    ConfigError
-        For an unknown key, with the nearest known one, or a value that does not fit.
-    PluginError
-        If a value belongs to another package that cannot be used.
+    Raises a ConfigError for an unknown key, with the nearest known one, or a value that does not
+    fit; and a PluginError if a value belongs to another package that cannot be used.
     """
     try:
         return decode(values, kind)

@@ -50,12 +50,8 @@ class MisfitError(ConfigError):
 def decode(value: Any, kind: Any) -> Any:
     """Return a plain value, or one that fits already, converted to a type.
 
-    Raises
-    ------
-    MisfitError
-        If it does not fit, with the place of what does not.
-    PluginError
-        If a value belongs to another package that cannot be used.
+    Raises a MisfitError if it does not fit, with the place of what does not; and a PluginError if a
+    value belongs to another package that cannot be used.
     """
     kinds = configurations(kind)
     if any(isinstance(value, each) for each in kinds):

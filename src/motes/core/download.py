@@ -22,17 +22,14 @@ PIECE = 1 << 16
 def download(url: str, size: int, sha256: str) -> bytes:
     """Return the content of a file; not more than `size` bytes are read.
 
+    Raises a SourceError if it cannot be reached, is refused or cut off, or is another file by now.
+
     Parameters
     ----------
     url
         Its address.
     size, sha256
         Its bytes, and their digest in hexadecimal digits.
-
-    Raises
-    ------
-    SourceError
-        If it cannot be reached, is refused or cut off, or is another file by now.
     """
     name, host = url.rpartition("/")[2], Request(url).host
     try:

@@ -12,6 +12,8 @@ from motes.core.errors import MissingDependencyError
 def optional(module: str, need: str, package: str) -> Any:
     """Return a module of a package that may be missing.
 
+    Raises a MissingDependencyError if it cannot be imported.
+
     Parameters
     ----------
     module
@@ -20,11 +22,6 @@ def optional(module: str, need: str, package: str) -> Any:
         What needs it, such as "MQTT needs paho-mqtt".
     package
         What is to be installed, such as "motes[onnx]".
-
-    Raises
-    ------
-    MissingDependencyError
-        If it cannot be imported.
     """
     try:
         return importlib.import_module(module)

@@ -173,6 +173,8 @@ def write_folder(path: str | Path, files: Iterable[tuple[str, bytes]]) -> None:
 def used_alone(folder: Path, taken: Callable[[str], str]) -> Iterator[BinaryIO]:
     """Keep others out of a folder, which is made; a kill ends that too.
 
+    Raises a FormatError if another program uses the folder, or it cannot be made.
+
     Parameters
     ----------
     folder
@@ -183,11 +185,6 @@ def used_alone(folder: Path, taken: Callable[[str], str]) -> Iterator[BinaryIO]:
     Yields
     ------
     A file, into which a text for the others may be written.
-
-    Raises
-    ------
-    FormatError
-        If another program uses the folder, or it cannot be made.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -217,7 +214,8 @@ class PartialFile:
     """A new file beside its target, which becomes the target in the end.
 
     Appended data is in the file at once. Changes of older data wait for the end. So a program that
-    is killed at any moment leaves a file that only lacks its end.
+    is killed at any moment leaves a file that only lacks its end. Raises an OSError here and from
+    all methods, if the file system refuses.
 
     Parameters
     ----------
@@ -232,11 +230,6 @@ class PartialFile:
         The partial file.
     whole
         Whether it has become the target.
-
-    Raises
-    ------
-    OSError
-        Here and from all methods, if the file system refuses.
     """
 
     def __init__(self, target: str | Path, ending: str = "") -> None:
@@ -290,10 +283,7 @@ class PartialFile:
     def finish(self, *, overwrite: bool) -> None:
         """Write the changes that have waited, and give the file the target's name.
 
-        Raises
-        ------
-        FileExistsError
-            If the target exists and must not be overwritten.
+        Raises a FileExistsError if the target exists and must not be overwritten.
         """
         self.settle()
         os.fsync(self._file.fileno())  # some file systems report only then that they are full

@@ -114,12 +114,8 @@ def _say(note: str) -> None:
 def as_frame(picture: Any, last: Frame | None = None, step: int = 1) -> Frame:
     """Return an image as the first frame of a video, or `step` frames after the last one.
 
-    A `Frame` stays as it is.
-
-    Raises
-    ------
-    SourceError
-        If it is no image (see `as_rgb`), or the frame's time is not finite.
+    A `Frame` stays as it is. Raises a SourceError if it is no image (see `as_rgb`), or the frame's
+    time is not finite.
     """
     if not isinstance(picture, Frame):
         if last is None:
@@ -140,12 +136,8 @@ def as_rgb(pixels: NDArray[Any], depth: int | None = None) -> Bytes:
     The result is a view of every uint8 image whose pixels, and rows, lie one after the other, with
     or without gaps: parts of images, gray and RGBA, and BGR as `bgr[:, :, ::-1]`. All else is
     copied. A view is not in C order, and one of gray pixels can only be read; what needs more
-    memory takes `np.ascontiguousarray`.
-
-    Raises
-    ------
-    SourceError
-        For any other shape or type, an empty image, or floats outside [0, 1].
+    memory takes `np.ascontiguousarray`. Raises a SourceError for any other shape or type, an empty
+    image, or floats outside [0, 1].
     """
     if _readable(pixels):
         return pixels

@@ -142,11 +142,8 @@ def in_order(numbers: Any) -> Any:
 def as_ellipse(region: Numbers) -> Ellipse:
     """Return a region, an `Ellipse`, (x, y, a, b, theta) or a box (x, y, w, h), as an ellipse.
 
-    Raises
-    ------
-    ConfigError
-        If the region does not have four or five finite numbers or has no area, or is absurdly large
-        or small.
+    Raises a ConfigError if the region does not have four or five finite numbers or has no area, or
+    is absurdly large or small.
     """
     try:
         values = [float(value) for value in in_order(region)]
@@ -183,10 +180,7 @@ def check_angle(theta: float) -> None:
 def as_ellipses(ellipses: ArrayLike) -> Floats:
     """Return ellipses as rows x, y, a, b, theta, (N, 5), whatever their numbers are.
 
-    Raises
-    ------
-    ConfigError
-        If it is no such array.
+    Raises a ConfigError if it is no such array.
     """
     try:
         given = np.asarray(ellipses)
@@ -204,10 +198,7 @@ def as_ellipses(ellipses: ArrayLike) -> Floats:
 def as_samples(ellipses: ArrayLike) -> Floats:
     """Return ellipses (N, 5) at which a target may be, each as `as_ellipse` takes it, one at least.
 
-    Raises
-    ------
-    ConfigError
-        If it is no such array, or one is no region.
+    Raises a ConfigError if it is no such array, or one is no region.
     """
     rows = as_ellipses(ellipses)
     if not len(rows):
@@ -220,14 +211,10 @@ def as_samples(ellipses: ArrayLike) -> Floats:
 def region_within(region: Numbers, width: int, height: int) -> Ellipse:
     """Return a region as an ellipse, checked against the size of its frame.
 
-    A region may stick out of the frame, but its center must lie inside, it must not be larger
-    than the frame, and it must hold at least two pixels in each direction.
-
-    Raises
-    ------
-    ConfigError
-        If the region breaks one of these rules; the message names the rule, and the box that is
-        meant if the numbers are corners.
+    A region may stick out of the frame, but its center must lie inside, it must not be larger than
+    the frame, and it must hold at least two pixels in each direction. Raises a ConfigError if the
+    region breaks one of these rules; the message names the rule, and the box that is meant if the
+    numbers are corners.
     """
     ellipse = as_ellipse(region)
     corners = of_corners(region, width, height)

@@ -51,6 +51,10 @@ _WEIGHTS_FOLDER = "session.model_external_initializers_file_folder_path"
 class Session:
     """A model that is ready to run. It may be used by several threads.
 
+    Raises a MissingDependencyError if ONNX Runtime is not installed; a SourceError if the file is
+    not there, too large, cut off or no ONNX file, or if a file with its weights is missing, or it
+    holds operations that cannot be run; and a ConfigError if there is no such provider.
+
     Parameters
     ----------
     path
@@ -68,16 +72,6 @@ class Session:
         What the model takes and gives.
     metadata
         Texts in the file, by name.
-
-    Raises
-    ------
-    MissingDependencyError
-        If ONNX Runtime is not installed.
-    SourceError
-        If the file is not there, too large, cut off or no ONNX file, or if a file with its weights
-        is missing, or it holds operations that cannot be run.
-    ConfigError
-        If there is no such provider.
     """
 
     def __init__(
@@ -126,10 +120,7 @@ class Session:
     def run(self, inputs: Mapping[str, NDArray[Any]]) -> Arrays:
         """Return all outputs by name, in arrays of their own.
 
-        Raises
-        ------
-        SourceError
-            If the model does not run with these inputs.
+        Raises a SourceError if the model does not run with these inputs.
         """
         try:
             return dict(zip(self._names, self._session.run(self._names, inputs), strict=True))

@@ -71,12 +71,8 @@ class Registry(Generic[T]):
     def resolve(self, name: str) -> T:
         """Return the implementation of a name.
 
-        Raises
-        ------
-        ConfigError
-            For an unknown name; lists the known ones.
-        PluginError
-            If the package that adds the name cannot be used.
+        Raises a ConfigError for an unknown name; lists the known ones, and a PluginError if the
+        package that adds the name cannot be used.
         """
         own = self._own.get(name)
         if isinstance(own, str):

@@ -44,10 +44,7 @@ def sealed(version: int, plain: Mapping[str, Any]) -> bytes:
 def unsealed(version: int, content: bytes) -> dict[str, Any]:
     """Return what `sealed` took, with arrays as `pack` has packed them.
 
-    Raises
-    ------
-    ValueError
-        If the content is damaged, of another version, or of another program.
+    Raises a ValueError if the content is damaged, of another version, or of another program.
     """
     head, line, rest = content.partition(b"\n")
     if not head.startswith(HEAD.partition(b"%")[0]) or not line:
@@ -79,10 +76,8 @@ def unpack(kind: Any, value: Any) -> Any:
 def in_types_of(fresh: Mapping[str, Any], values: Mapping[str, Any], name: str) -> dict[str, Any]:
     """Return plain values in the types of fresh ones, which have the same keys.
 
-    Raises
-    ------
-    ValueError
-        If they have other keys, or a value has another type; `name` is theirs in messages.
+    Raises a ValueError if they have other keys, or a value has another type; `name` is theirs in
+    messages.
     """
     if list(values) != list(fresh):
         raise ValueError(f"{name} has {', '.join(values)}, not {', '.join(fresh)}")
