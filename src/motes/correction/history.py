@@ -128,10 +128,7 @@ class History(msgspec.Struct, frozen=True, kw_only=True):
     def load(cls, path: Path) -> History:
         """Return a history that `save` has written.
 
-        Raises
-        ------
-        InputError
-            If it cannot be read or is none.
+        Raises an InputError if it cannot be read or is none.
         """
         try:
             history = msgspec.json.decode(path.read_bytes(), type=cls)
@@ -155,10 +152,7 @@ class History(msgspec.Struct, frozen=True, kw_only=True):
     def save(self, rows: Path, *, whole: bool = False) -> None:
         """Write the history beside its rows, with the number of their lines if they are complete.
 
-        Raises
-        ------
-        FormatError
-            If the file cannot be written.
+        Raises a FormatError if the file cannot be written.
         """
         lines, path = line_count(rows) if whole else None, self.path(rows)
         with writing(path):
@@ -244,10 +238,8 @@ class History(msgspec.Struct, frozen=True, kw_only=True):
     def beside(cls, rows: Path) -> History | None:
         """Return what is remembered of rows; None if there is nothing beside them.
 
-        Raises
-        ------
-        InputError
-            If the file cannot be read, or the rows have fewer lines than when their run ended.
+        Raises an InputError if the file cannot be read, or the rows have fewer lines than when
+        their run ended.
         """
         path = cls.path(rows)
         if not path.exists():
@@ -265,10 +257,8 @@ class History(msgspec.Struct, frozen=True, kw_only=True):
     def check(self, film: Film | Source) -> None:
         """Check that this is the history of a film.
 
-        Raises
-        ------
-        InputError
-            If the film has another size or, where it is known, another number of frames.
+        Raises an InputError if the film has another size or, where it is known, another number of
+        frames.
         """
         count = len(film.times) if isinstance(film, Film) else self.frames
         other = self.frames not in (None, count)
@@ -299,12 +289,8 @@ def check_beside(rows: Path, overwrite: bool) -> None:
 def hand_on(known: History | None, rows: Path) -> None:
     """Write what is known of new rows beside them; what is there of older rows goes.
 
-    Beside a pipe or a device, as /dev/stdout, nothing is remembered.
-
-    Raises
-    ------
-    FormatError
-        If the file cannot be written.
+    Beside a pipe or a device, as /dev/stdout, nothing is remembered. Raises a FormatError if the
+    file cannot be written.
     """
     if is_special(rows):
         return

@@ -64,10 +64,8 @@ def keyframes_in(marks: Marks) -> dict[int, Ellipse | None]:
 def keyframes(marks: Iterable[tuple[int, Numbers | None]]) -> dict[int, Ellipse | None]:
     """Return keyframes in order from marks: frames, each with a region or None.
 
-    Raises
-    ------
-    ConfigError
-        If a region is not valid, a frame is negative, or two marks of a frame differ.
+    Raises a ConfigError if a region is not valid, a frame is negative, or two marks of a frame
+    differ.
     """
     found: dict[int, Ellipse | None] = {}
     for frame, region in marks:
@@ -94,10 +92,7 @@ def named(mark: Ellipse | None) -> str:
 def marks_of(frames: str, region: str) -> list[tuple[int, Sequence[float] | None]]:
     """Return the marks of a text of frames, N or FIRST:LAST, and one of a region, or `absent`.
 
-    Raises
-    ------
-    ConfigError
-        If a text has another form.
+    Raises a ConfigError if a text has another form.
     """
     if not _FRAMES.fullmatch(frames.strip()):
         raise ConfigError(f"{frames!r} is no frame; give its number, or FIRST:LAST if absent.")
@@ -212,10 +207,7 @@ def _check_size(size: int, known: int) -> None:
 def keyframes_of(path: str | Path, source: str) -> dict[int, Ellipse | None]:
     """Return the keyframes of a source in a file: rows with its name, or rows without a name.
 
-    Raises
-    ------
-    InputError
-        If the file cannot be read, or has neither.
+    Raises an InputError if the file cannot be read, or has neither.
     """
     found = read_keyframes(path)
     for name in (source, Path(source).name, Path(source).stem, ""):
@@ -229,6 +221,9 @@ def keyframes_of(path: str | Path, source: str) -> dict[int, Ellipse | None]:
 def check_keyframes(marks: Keyframes, name: str, frames: range, width: int, height: int) -> None:
     """Check keyframes against their film.
 
+    Raises a ConfigError if there is none with a region, or one is outside of the frames or of the
+    picture.
+
     Parameters
     ----------
     marks
@@ -239,11 +234,6 @@ def check_keyframes(marks: Keyframes, name: str, frames: range, width: int, heig
         The frames that are used.
     width, height
         Size of the film.
-
-    Raises
-    ------
-    ConfigError
-        If there is none with a region, or one is outside of the frames or of the picture.
     """
     if all(region is None for region in marks.values()):
         raise ConfigError("No keyframe marks the target; give one a region.")

@@ -34,6 +34,9 @@ TIME_TOLERANCE = 1e-3
 class KnownRows:
     """The rows of one object in a file that `motes track`, `smooth` or `refine` has written.
 
+    Raises an InputError if the file cannot be read, is empty, lacks a column, or does not have this
+    object; also if it has several, and none is chosen.
+
     Parameters
     ----------
     path
@@ -54,12 +57,6 @@ class KnownRows:
     tracks
         The track of each row, in order of the frames; without a place, NaN. The variances are NaN
         where the file has none.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, is empty, lacks a column, or does not have this object; also if
-        it has several, and none is chosen.
     """
 
     def __init__(self, path: Path, *, growing: bool = False, identity: int | None = None) -> None:
@@ -136,10 +133,7 @@ class KnownRows:
     def first_tracked(self) -> Track:
         """The first row that has the target: where its user has marked it.
 
-        Raises
-        ------
-        ConfigError
-            If there is none.
+        Raises a ConfigError if there is none.
         """
         for track in self.tracks:
             if track.status is Status.TRACKING:
@@ -169,10 +163,7 @@ class KnownRows:
     def check(self, film: Film) -> None:
         """Check that these are rows of a film.
 
-        Raises
-        ------
-        InputError
-            If the film is shorter, has other times, or smaller pictures.
+        Raises an InputError if the film is shorter, has other times, or smaller pictures.
         """
         if self.tracks and self.tracks[-1].frame >= len(film.times):
             raise InputError(
@@ -253,10 +244,8 @@ class KnownRows:
     def write(self, path: Path) -> None:
         """Write all rows, once.
 
-        Raises
-        ------
-        FormatError
-            If the file cannot be written, or has changed meanwhile; an old one stays.
+        Raises a FormatError if the file cannot be written, or has changed meanwhile; an old one
+        stays.
         """
         self.check_unchanged(path)
         lines = [*self._head, *(self._lines[key] for key in sorted(self._lines))]
