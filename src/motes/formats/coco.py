@@ -310,10 +310,7 @@ def _frames(images: list[_Image], known: Mapping[str, int]) -> tuple[dict[int, i
 def _flag(given: Mapping[str, Any], name: str) -> bool:
     """Return whether a mark is set, which some tools write as text; it is not where it is missing.
 
-    Raises
-    ------
-    ValueError
-        If it is neither true nor false.
+    Raises a ValueError if it is neither true nor false.
     """
     text = str(given.get(name) or 0).lower()
     if text not in ("0", "1", "false", "true"):

@@ -48,12 +48,8 @@ def check_one_film(**marks: Iterable[object]) -> None:
 def note_on_names(names: Iterable[str], facts: FilmFacts) -> list[str]:
     """Return a note if images of a video have names like those of another video.
 
-    They are names without endings, of frames that their numbers tell.
-
-    Raises
-    ------
-    FormatError
-        If they are named like several videos.
+    They are names without endings, of frames that their numbers tell. Raises a FormatError if they
+    are named like several videos.
     """
     if facts.files:
         return []
@@ -70,18 +66,15 @@ def note_on_names(names: Iterable[str], facts: FilmFacts) -> list[str]:
 def frame_of(name: str, images: Mapping[str, int]) -> int | None:
     """Return the frame of an image by its name without ending; None if it has no number.
 
+    Raises a FormatError if the film is a folder of images, and none has this name; or if the name
+    is one of several videos, or ends in a hash, which says nothing.
+
     Parameters
     ----------
     name
         The name.
     images
         The frames of the film's images by their names; none of a video.
-
-    Raises
-    ------
-    FormatError
-        If the film is a folder of images, and none has this name; or if the name is one of several
-        videos, or ends in a hash, which says nothing.
     """
     if name in images:
         return images[name]

@@ -59,10 +59,7 @@ def write(recorded: Recording, keyframe_error: float = KEYFRAME_ERROR) -> Iterat
 def read(path: Path, facts: FilmFacts) -> Recording:
     """Return the target in the frames in which it is marked.
 
-    Raises
-    ------
-    FormatError
-        If the rows are of several films.
+    Raises a FormatError if the rows are of several films.
     """
     films = read_keyframes(path)
     if len(films) > 1:

@@ -223,12 +223,8 @@ def _identities(regions: Sequence[VideoRegion]) -> list[int]:
 def _result(task: _VideoTask) -> tuple[_Result, int]:
     """Return the one annotation that counts, else the prediction, and how many do not count.
 
-    Those that do not are cancelled, or stand beside one that is marked as the truth.
-
-    Raises
-    ------
-    FormatError
-        If there is none, or it is not clear which one counts.
+    Those that do not are cancelled, or stand beside one that is marked as the truth. Raises a
+    FormatError if there is none, or it is not clear which one counts.
     """
     kept = [each for each in task.annotations if not each.was_cancelled]
     kept = [each for each in kept if each.ground_truth] or kept
@@ -281,12 +277,8 @@ class _Clock:
     def of(cls, facts: FilmFacts, rate: float | None, count: int, end: int) -> Self:
         """Return the clock of an annotation of `count` frames; 0 if that is unknown.
 
-        `end` is the number of frames if it needs no mapping.
-
-        Raises
-        ------
-        FormatError
-            If it is of a film of another length.
+        `end` is the number of frames if it needs no mapping. Raises a FormatError if it is of a
+        film of another length.
         """
         known, fps = facts.frames or 0, facts.fps or 0.0
         if rate is None:

@@ -186,12 +186,7 @@ def read_boxes(path: Path, frames: int, kind: Kind) -> list[list[float]]:
     """Return what `read_lines` does, with classes of the MOTChallenge, or `UNKNOWN`.
 
     Where a truth has the names of its own classes beside it, what is none of the MOTChallenge's is
-    a distractor.
-
-    Raises
-    ------
-    FormatError
-        As `read_lines`, and for another class.
+    a distractor. Raises a FormatError as `read_lines`, and for another class.
     """
     lines = read_lines(path, frames, kind)
     names = class_names(path.parent) if kind == "truth" else {}
@@ -208,6 +203,8 @@ def read_boxes(path: Path, frames: int, kind: Kind) -> list[list[float]]:
 
 def read_lines(path: Path, frames: int, kind: Kind, *, sized: bool = False) -> list[list[float]]:
     """Return the boxes of a video, in the order of the lines; these have equally many fields.
+
+    Raises a FormatError if it cannot be read, or a line is wrong, with file and line.
 
     Parameters
     ----------
@@ -226,11 +223,6 @@ def read_lines(path: Path, frames: int, kind: Kind, *, sized: bool = False) -> l
     -------
     Frame, identity, x, y, width, height, score, class and visibility of each. The class is
     `UNKNOWN` and the visibility 1 where the line has none. The first frame and pixel are 1.
-
-    Raises
-    ------
-    FormatError
-        If it cannot be read, or a line is wrong, with file and line.
     """
     name = "/".join([path.parent.name, path.name]).lstrip("/")
     text = read_text(path, FormatError)

@@ -74,10 +74,7 @@ def _value(cell: Any) -> Any:
 def size(path: Path) -> int:
     """Return how many bytes the values of a table have, of which its file may have few.
 
-    Raises
-    ------
-    FormatError
-        If it is no table.
+    Raises a FormatError if it is no table.
     """
     with _opened(path) as file:
         about = file.metadata

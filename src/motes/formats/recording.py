@@ -68,6 +68,9 @@ class Recording:
     ) -> Self:
         """Return a recording of objects in frames, in any order; they get the times of these.
 
+        Raises a FormatError if a frame is negative, or larger than any film's, its time is none, or
+        an object is there twice in a frame.
+
         Parameters
         ----------
         facts
@@ -88,12 +91,6 @@ class Recording:
             place.
         told
             The frames of which the file tells all: nothing is in those that it does not name.
-
-        Raises
-        ------
-        FormatError
-            If a frame is negative, or larger than any film's, its time is none, or an object is
-            there twice in a frame.
         """
         if told.stop > MAX_FRAME:
             raise FormatError(f"no film has {told.stop} frames")
@@ -148,10 +145,7 @@ class Recording:
     def only_object(self, what: str) -> dict[int, Track]:
         """Return the one object by frame, where it is visible.
 
-        Raises
-        ------
-        FormatError
-            If there are several objects; `what` names the format.
+        Raises a FormatError if there are several objects; `what` names the format.
         """
         found: dict[int, Track] = {}
         identity: int | None = None
@@ -305,10 +299,8 @@ def sound(each: Track) -> Track:
 def frames_between(first: int, last: int) -> range:
     """Return the frames between two keyframes, which a tool interpolates.
 
-    Raises
-    ------
-    FormatError
-        If no film has such a frame, or there are too many in between: a number is damaged.
+    Raises a FormatError if no film has such a frame, or there are too many in between: a number is
+    damaged.
     """
     if not 0 <= first <= last <= MAX_FRAME or last - first > MOST_FRAMES:
         raise FormatError(f"frames {first} and {last} cannot be neighboring keyframes of a film")

@@ -70,7 +70,7 @@ def read_regions(text: str, *, strict: bool = False) -> list[TruthRegion]:
       0;
     - an unknown place: VOT's codes of results, 1 where the tracker began, 2 where it has failed.
 
-    Empty lines are skipped.
+    Empty lines are skipped. Raises a FormatError if a line has another format, with its number.
 
     Parameters
     ----------
@@ -78,11 +78,6 @@ def read_regions(text: str, *, strict: bool = False) -> list[TruthRegion]:
         The rows.
     strict
         Whether a box with a negative side is an error, instead of no target.
-
-    Raises
-    ------
-    FormatError
-        If a line has another format, with its number.
     """
     regions = []
     for number, line in enumerate(lines_of(text), 1):
@@ -134,10 +129,7 @@ def _region_of_runs(values: list[float]) -> TruthRegion:
 def region_of_corners(corners: NDArray[np.float64]) -> TruthRegion:
     """Return the region of a polygon of corners (n, 2) on its outline, in order.
 
-    Raises
-    ------
-    ValueError
-        If it has no area, or crosses itself.
+    Raises a ValueError if it has no area, or crosses itself.
     """
     low, high = corners.min(axis=0), corners.max(axis=0)
     if (low == high).any():

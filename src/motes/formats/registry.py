@@ -201,10 +201,7 @@ def _by_ending(path: str | Path) -> list[str]:
 def format_for(output: str) -> str:
     """Return the name of the format that a file's name chooses for writing.
 
-    Raises
-    ------
-    ConfigError
-        If no format has this ending.
+    Raises a ConfigError if no format has this ending.
     """
     for name in _by_ending(output):
         if FORMATS.resolve(name).write is not None:
@@ -220,12 +217,8 @@ def format_for(output: str) -> str:
 def recognized(path: Path) -> str:
     """Return the name of the format of a file or folder, by its content.
 
-    Only a format of another package is recognized by its ending.
-
-    Raises
-    ------
-    SourceError
-        If it cannot be read, or its format is not clear from its content and its name.
+    Only a format of another package is recognized by its ending. Raises a SourceError if it cannot
+    be read, or its format is not clear from its content and its name.
     """
     named = next(iter(_by_ending(path)), "")
     if named and named not in OWN:
@@ -362,12 +355,8 @@ def _function(name: str | Callable[..., Any]) -> Callable[..., Any]:
 def read(path: Path, name: str, facts: FilmFacts) -> Recording:
     """Return the objects in a file of a format.
 
-    Raises
-    ------
-    ConfigError
-        If the format cannot be read, or needs the size of the picture.
-    SourceError
-        If the file cannot be read, or is none of this format.
+    Raises a ConfigError if the format cannot be read, or needs the size of the picture; and a
+    SourceError if the file cannot be read, or is none of this format.
     """
     form = FORMATS.resolve(name)
     if form.read is None:
@@ -434,6 +423,10 @@ def write(
 ) -> Written:
     """Write a file or folder of a format, complete or not at all.
 
+    Raises a ConfigError if the format cannot be written, or needs the size of the picture; a
+    FormatError if the format cannot hold these objects; and an OSError if the file cannot be
+    written; what was at `path` stays.
+
     Parameters
     ----------
     path
@@ -451,15 +444,6 @@ def write(
     Returns
     -------
     What others do not take for seen.
-
-    Raises
-    ------
-    ConfigError
-        If the format cannot be written, or needs the size of the picture.
-    FormatError
-        If the format cannot hold these objects.
-    OSError
-        If the file cannot be written; what was at `path` stays.
     """
     form = FORMATS.resolve(name)
     if form.write is None:
@@ -496,10 +480,7 @@ def check_images(files: Iterable[str]) -> None:
 def check_folder(path: Path, form: Format) -> None:
     """Check that nothing but files of a format is lost if a folder is made anew.
 
-    Raises
-    ------
-    FormatError
-        If the folder holds other files, or is the current one.
+    Raises a FormatError if the folder holds other files, or is the current one.
     """
     if not path.is_dir():
         return

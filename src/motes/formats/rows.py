@@ -81,10 +81,7 @@ def read_journal(path: Path, facts: FilmFacts) -> Recording:
 def recording_of_journal(path: Path) -> Recording:
     """Return the rows in a journal, without a last line that was cut off.
 
-    Raises
-    ------
-    SourceError
-        If the file cannot be read, is no journal, or a line is damaged.
+    Raises a SourceError if the file cannot be read, is no journal, or a line is damaged.
     """
     frames, left_out = list[FrameRow](), list[str]()
     first: Header | None = None
@@ -117,10 +114,7 @@ def recording_of_rows(
 ) -> Recording:
     """Return the objects of rows, each with a value for each name; NaN, None and "" are empty.
 
-    Raises
-    ------
-    FormatError
-        If a value is missing or damaged, or they are rows of several cameras.
+    Raises a FormatError if a value is missing or damaged, or they are rows of several cameras.
     """
     if CAMERA in names:
         raise FormatError(

@@ -83,12 +83,8 @@ def decode(text: str, height: int, width: int) -> NDArray[np.bool_]:
 def mask_runs(segmentation: Any, height: int, width: int) -> str | None:
     """Return the text of a COCO segmentation with `counts`; None for polygons.
 
-    Raises
-    ------
-    KeyError
-        If a part is missing.
-    FormatError, TypeError, ValueError
-        If it is not of a picture of this size, or damaged.
+    Raises a KeyError if a part is missing; and a FormatError, TypeError or ValueError if it is not
+    of a picture of this size, or damaged.
     """
     if not isinstance(segmentation, dict):
         return None

@@ -47,10 +47,7 @@ def at(where: str) -> Iterator[None]:
 def fields_of(line: str) -> list[str]:
     """Return the fields of a line: between commas, or semicolons, or tabs and spaces.
 
-    Raises
-    ------
-    ValueError
-        If a line has two of these: one may be a decimal sign.
+    Raises a ValueError if a line has two of these: one may be a decimal sign.
     """
     marks = [mark for mark in ",;" if mark in line]
     if len(marks) > 1 or (marks and _SPACED.search(line)):

@@ -75,10 +75,8 @@ def kind_of(path: Path) -> Kind | None:
 def absences(kind: str, folder: Path, count: int) -> list[bool]:
     """Return whether each frame of a truth is marked as one without the target.
 
-    Raises
-    ------
-    FormatError
-        If a file of marks has another number of frames, or other words than 0 and 1.
+    Raises a FormatError if a file of marks has another number of frames, or other words than 0 and
+    1.
     """
     absent = [False] * count
     for name in ABSENCES.get(kind, ()):
