@@ -52,19 +52,15 @@ class WatchConfig(SceneConfig, frozen=True):
     def changed(self, changes: Mapping[str, Any], *, detector: str | None = None) -> Self:
         """Return the configuration with changes laid over it.
 
+        Raises a ConfigError for an unknown detector or key, or a value that does not fit; and a
+        SourceError if the TOML file beside an ONNX file cannot be read.
+
         Parameters
         ----------
         changes
             Plain nested values, as in TOML.
         detector
             The name of a detector in place of this one, with its default settings.
-
-        Raises
-        ------
-        ConfigError
-            For an unknown detector or key, or a value that does not fit.
-        SourceError
-            If the TOML file beside an ONNX file cannot be read.
         """
         values = merge(self.to_dict(), changes)
         if detector is not None:
@@ -76,12 +72,8 @@ class WatchConfig(SceneConfig, frozen=True):
 def detector_values(name: str | None) -> dict[str, Any]:
     """Return the values of a `DetectorConfig` for a detector's name; None means a background.
 
-    Raises
-    ------
-    ConfigError
-        If no detector has that name, or the TOML file beside an ONNX file is not valid.
-    SourceError
-        If the latter cannot be read.
+    Raises a ConfigError if no detector has that name, or the TOML file beside an ONNX file is not
+    valid; and a SourceError if the latter cannot be read.
     """
     if name in (None, MOG2):
         return {"type": "background"}
@@ -124,9 +116,6 @@ def named_detector(name: str | None) -> Detector:
 def lookalike_detector(config: LookalikeConfig, detector: str | None) -> LookalikeDetector:
     """Return the detector of what looks like a target, of what moves or what a detector finds.
 
-    Raises
-    ------
-    ConfigError
-        If no detector has that name.
+    Raises a ConfigError if no detector has that name.
     """
     return LookalikeDetector(config, None if detector is None else named_detector(detector))

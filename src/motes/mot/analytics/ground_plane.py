@@ -77,13 +77,7 @@ def _matrix(ground: Ground) -> NDArray[np.float64]:
 
 
 def matrix_of(homography: Homography) -> NDArray[np.float64]:
-    """Return the matrix (3, 3) of a homography.
-
-    Raises
-    ------
-    ConfigError
-        If it cannot be inverted.
-    """
+    """Return the matrix (3, 3) of a homography; raise a ConfigError if it cannot be inverted."""
     matrix = np.array(homography)
     if np.linalg.matrix_rank(matrix) < 3:
         raise ConfigError("The homography maps the picture onto a line; give another one.")

@@ -51,13 +51,9 @@ class Lens(Config, frozen=True):
     def parse(cls, text: str) -> Self:
         """Return the lens in a file of `cv2.FileStorage`, YAML or XML.
 
-        The names are those of OpenCV's calibration sample: camera_matrix,
-        distortion_coefficients, image_width and image_height.
-
-        Raises
-        ------
-        ConfigError
-            If they are not there, or a model has more than 8 coefficients.
+        The names are those of OpenCV's calibration sample: camera_matrix, distortion_coefficients,
+        image_width and image_height. Raises a ConfigError if they are not there, or a model has
+        more than 8 coefficients.
         """
         entry = _xml_entry if text.lstrip().startswith("<") else _yaml_entry
         matrix, distortion, width, height = (
@@ -135,10 +131,7 @@ def _xml_entry(text: str, name: str) -> tuple[str, str]:
 def _numbers(name: str, value: str, shape: str) -> list[float]:
     """Return the numbers of an entry, of a matrix as many as its rows and columns say, if they do.
 
-    Raises
-    ------
-    ConfigError
-        If one is none, or is not finite, or there are more or fewer.
+    Raises a ConfigError if one is none, or is not finite, or there are more or fewer.
     """
     try:
         found = [float(field) for field in value.replace(",", " ").split()]

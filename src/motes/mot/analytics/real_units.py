@@ -219,10 +219,7 @@ def place_of(units: RealUnits, track: Track) -> tuple[Floats, Floats] | None:
 def speed_of(seen: Sequence[Seen]) -> tuple[float, float]:
     """Return the speed of the line through places at times, and its standard deviation.
 
-    Raises
-    ------
-    ConfigError
-        If all times are the same.
+    Raises a ConfigError if all times are the same.
     """
     times = np.array([each.time for each in seen])
     if np.ptp(times) <= 0:

@@ -30,15 +30,12 @@ class CustomConfig(DetectorConfig, Config, frozen=True, tag="callable"):
 class CustomDetector:
     """A detector made of a callable, with all that it has; its errors name it and the frame.
 
+    Raises a ConfigError if it cannot be imported, or cannot be called.
+
     Parameters
     ----------
     name
         See `CustomConfig`.
-
-    Raises
-    ------
-    ConfigError
-        If it cannot be imported, or cannot be called.
     """
 
     def __init__(self, name: str) -> None:

@@ -39,6 +39,7 @@ class MovingCamera:
 
     A camera of which nothing is known is looked at now and then, and followed while it moves. So
     one that stands still costs little, and what is not exact in a motion does not move its objects.
+    Raises a MissingDependencyError if the camera moves and OpenCV is not installed.
 
     Parameters
     ----------
@@ -51,11 +52,6 @@ class MovingCamera:
     ----------
     motion
         The homography (3, 3) of the background from the last frame to this one, or None.
-
-    Raises
-    ------
-    MissingDependencyError
-        If the camera moves and OpenCV is not installed.
     """
 
     def __init__(self, detector: Detector, *, moves: bool = False) -> None:
@@ -113,6 +109,8 @@ def _moves(motion: Floats, frame: Frame) -> bool:
 class PannedDetector:
     """Finds what moves before a background that moves along with the camera (`PannedBackground`).
 
+    Raises a MissingDependencyError if OpenCV is not installed.
+
     Parameters
     ----------
     config
@@ -122,11 +120,6 @@ class PannedDetector:
     ----------
     motion
         The homography (3, 3) of the background from the last frame to this one, or None.
-
-    Raises
-    ------
-    MissingDependencyError
-        If OpenCV is not installed.
     """
 
     def __init__(self, config: BackgroundConfig = BackgroundConfig()) -> None:  # noqa: B008
@@ -168,12 +161,8 @@ def before_camera(detector: Detector, camera: Camera) -> Detector:
     """Return a detector that gives a camera's motion, too, for a detector before that camera.
 
     Before a camera that moves, a still background is replaced by one that moves along, with the
-    same settings. One that knows the camera's motion stays as it is.
-
-    Raises
-    ------
-    MissingDependencyError
-        If the camera moves and OpenCV is not installed.
+    same settings. One that knows the camera's motion stays as it is. Raises a
+    MissingDependencyError if the camera moves and OpenCV is not installed.
     """
     if isinstance(detector, BackgroundDetector):
         return PannedDetector(detector.config) if camera == "moving" else detector

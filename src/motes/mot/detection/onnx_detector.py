@@ -222,12 +222,7 @@ def _literal(text: str) -> Any:
 def onnx_values(file: str) -> dict[str, Any]:
     """Return the values of an `OnnxConfig` for an ONNX file and the TOML file beside it.
 
-    Raises
-    ------
-    SourceError
-        If the TOML file cannot be read.
-    ConfigError
-        If it is not valid.
+    Raises a SourceError if the TOML file cannot be read, and a ConfigError if it is not valid.
     """
     values: dict[str, Any] = {"type": "onnx", "file": file}
     beside = Path(file).with_suffix(".toml")

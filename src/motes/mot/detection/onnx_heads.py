@@ -52,10 +52,7 @@ class Boxes(NamedTuple):
 def recognized(outputs: Arrays, size: tuple[int, int]) -> Head:
     """Return the head of outputs, by their names and shapes.
 
-    Raises
-    ------
-    ConfigError
-        If they have none of the known forms.
+    Raises a ConfigError if they have none of the known forms.
     """
     shapes = {name: array.shape for name, array in outputs.items()}
     arrays = list(outputs.values())
@@ -86,10 +83,8 @@ def recognized(outputs: Arrays, size: tuple[int, int]) -> Head:
 def decoded(head: str, outputs: Arrays, size: tuple[int, int]) -> Boxes:
     """Return the detections in outputs of a head, for an input of a width and height.
 
-    Raises
-    ------
-    ConfigError
-        If the outputs do not have the head's form, or its scores or boxes cannot be those of one.
+    Raises a ConfigError if the outputs do not have the head's form, or its scores or boxes cannot
+    be those of one.
     """
     try:
         with np.errstate(all="ignore"):  # boxes without an end are no detections

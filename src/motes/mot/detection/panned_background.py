@@ -31,6 +31,8 @@ LEARNED = 250
 class PannedBackground:
     """Separates moving objects from a background before a camera that pans and zooms.
 
+    Raises a MissingDependencyError if OpenCV is not installed.
+
     Parameters
     ----------
     deviations, noise
@@ -39,11 +41,6 @@ class PannedBackground:
         What a motion of the camera is; see `GlobalMotion`.
     trial
         Seconds for which foreground is not learned; by default it is learned slowly.
-
-    Raises
-    ------
-    MissingDependencyError
-        If OpenCV is not installed.
     """
 
     motion: Floats | None = None

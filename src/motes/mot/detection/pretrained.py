@@ -114,7 +114,8 @@ class RecordedDetections:
     """Detections in a file as the MOTChallenge writes them, a line for each.
 
     Its numbers, between commas, are frame, an identity that is ignored, x, y, width, height and
-    score, perhaps more; frames and pixels count from 1.
+    score, perhaps more; frames and pixels count from 1. Raises a SourceError if the file cannot be
+    read, or a line is no detection.
 
     Parameters
     ----------
@@ -122,11 +123,6 @@ class RecordedDetections:
         The file.
     end
         The frame before which the run stops; later detections are left out. None for all.
-
-    Raises
-    ------
-    SourceError
-        If the file cannot be read, or a line is no detection.
     """
 
     def __init__(self, path: str | Path, end: int | None = None) -> None:
