@@ -50,10 +50,7 @@ DIGITS |= dict.fromkeys((*BOX, *ELLIPSE[:-1]), "z.3f")
 def form_of(path: str | Path, form: Form | None = None) -> Form:
     """Return the form of a file: `form` if given, else that of the file's ending; `-` is CSV.
 
-    Raises
-    ------
-    ConfigError
-        If the ending is unknown.
+    Raises a ConfigError if the ending is unknown.
     """
     if form is not None:
         return form
@@ -140,10 +137,7 @@ class FrameRow(msgspec.Struct, frozen=True, eq=False):
     def values(self, each: Track, names: Sequence[str] = ()) -> list[Any]:
         """Return the fields of an object's row: those of `COLUMNS`, and of further ones by name.
 
-        Raises
-        ------
-        ConfigError
-            If the name of its class is one that a file cannot hold.
+        Raises a ConfigError if the name of its class is one that a file cannot hold.
         """
         if each.label:
             check_label(each.label)
@@ -166,10 +160,8 @@ class FrameRow(msgspec.Struct, frozen=True, eq=False):
     def from_dict(cls, values: Mapping[str, Any]) -> Self:
         """Return the frame of a line of a journal.
 
-        Raises
-        ------
-        AttributeError, KeyError, TypeError, ValueError
-            If a value is missing or damaged.
+        Raises an AttributeError, KeyError, TypeError or ValueError if a value is missing or
+        damaged.
         """
         objects = msgspec.convert(values["objects"], list[dict[str, int | float | str | None]])
         tracks = tuple(_track(each) for each in objects)

@@ -25,10 +25,8 @@ from motes.rows.schema import HINDSIGHT, Form, FrameRow, Header, form_of, head, 
 def check_writable(path: str | Path, overwrite: bool = False) -> None:
     """Check that a file can be made at `path`; an existing device or pipe is allowed.
 
-    Raises
-    ------
-    FormatError
-        If a file exists and must not be overwritten, or the folder is missing or protected.
+    Raises a FormatError if a file exists and must not be overwritten, or the folder is missing or
+    protected.
     """
     path = Path(path)
     if path.is_dir():
@@ -55,10 +53,8 @@ def appeared(path: str | Path) -> FormatError:
 def check_not_deleted(file: BinaryIO, path: str | Path) -> None:
     """Check that the file that is being written has not been deleted.
 
-    Raises
-    ------
-    FormatError
-        If it was deleted, or another file has its name now; further rows would be lost.
+    Raises a FormatError if it was deleted, or another file has its name now; further rows would be
+    lost.
     """
     opened = os.fstat(file.fileno())
     if opened.st_nlink or (os.path.exists(path) and os.path.samestat(opened, os.stat(path))):
@@ -70,7 +66,10 @@ class Lines:
     """Lines in a file or on standard output, without a buffer; use it as a context manager.
 
     The file is made by the first `put`, even of no line, or at the end of a run that had none.
-    Lines are in the file when `put` returns.
+    Lines are in the file when `put` returns. Raises a ConfigError if standard output is to be
+    resumed; and a FormatError when it is created, if the file exists or cannot be written. Later,
+    if the disk is full, the file was deleted or an existing line differs. Lines written before
+    stay.
 
     Parameters
     ----------
@@ -90,14 +89,6 @@ class Lines:
         Number of lines that existed before.
     count
         Number of lines so far, including those.
-
-    Raises
-    ------
-    ConfigError
-        If standard output is to be resumed.
-    FormatError
-        When it is created, if the file exists or cannot be written. Later, if the disk is full,
-        the file was deleted or an existing line differs. Lines written before stay.
     """
 
     def __init__(self, name: str, overwrite: bool = False, *, resume: bool = False) -> None:
@@ -198,10 +189,7 @@ class Lines:
     def close(self) -> None:
         """Close the file.
 
-        Raises
-        ------
-        FormatError
-            If a resumed file has more lines than this run wrote; they stay.
+        Raises a FormatError if a resumed file has more lines than this run wrote; they stay.
         """
         more = self._old is not None and self._old.read(1)
         if self._file is None and self._old is None:
@@ -232,10 +220,7 @@ class Lines:
 class JournalWriter(Lines):
     """Make a new journal, and add the rows of frames; without any row there is no file.
 
-    Raises
-    ------
-    FormatError
-        As from `Lines`.
+    Raises a FormatError as from `Lines`.
     """
 
     def __init__(self, path: Path, head: Header) -> None:
