@@ -57,10 +57,7 @@ def typed_state(
 ) -> FilterState:
     """Return a saved state with models and memories in their types, which the cues know.
 
-    Raises
-    ------
-    ValueError
-        If it is of another configuration.
+    Raises a ValueError if it is of another configuration.
     """
     middle = middle_of(frame, *state.reference_size[2:4])
     models = {name: cue.learn(frame, middle) for name, cue in cues.items()}

@@ -52,10 +52,7 @@ class Network(Config, frozen=True):
     def named(cls, given: str | Sequence[str]) -> Self:
         """Return the network of some files, or of a text that has them with commas between them.
 
-        Raises
-        ------
-        ConfigError
-            If a name is empty.
+        Raises a ConfigError if a name is empty.
         """
         if isinstance(given, str):
             given = [given] if Path(given).is_file() else given.split(",")
@@ -67,10 +64,7 @@ class Network(Config, frozen=True):
     def paths(self) -> tuple[str, ...]:
         """The paths of its files, also where these are those of a published network.
 
-        Raises
-        ------
-        SourceError
-            If they are not on this computer.
+        Raises a SourceError if they are not on this computer.
         """
         return paths_of(self.files)
 
@@ -78,15 +72,9 @@ class Network(Config, frozen=True):
         """Open the files, try the network on a gray picture, and return its family's name.
 
         It stays open in this process; the other methods open it too, where that was not done.
-
-        Raises
-        ------
-        ConfigError
-            If the files are of no known family, or there is no such provider.
-        SourceError
-            If a file is missing, damaged or too large, or does not run.
-        MissingDependencyError
-            If ONNX Runtime is not installed.
+        Raises a ConfigError if the files are of no known family, or there is no such provider; a
+        SourceError if a file is missing, damaged or too large, or does not run; and a
+        MissingDependencyError if ONNX Runtime is not installed.
         """
         return _opened(self).name
 
@@ -102,17 +90,14 @@ class Network(Config, frozen=True):
     def look(self, model: NetworkModel, frame: Frame, place: Ellipse) -> NetworkView:
         """Return the boxes that the network sees around a place, and their scores.
 
+        Raises a ConfigError if the place has no area or is not finite. And the errors of `open`.
+
         Parameters
         ----------
         model
             The target, as `learn` returned it.
         frame, place
             Where the target is expected in a frame, and its expected size.
-
-        Raises
-        ------
-        ConfigError
-            If the place has no area or is not finite. And the errors of `open`.
         """
         opened = _opened(self)
         return opened.family.look(opened.sessions, model.template, frame, as_ellipse(place))

@@ -111,14 +111,8 @@ def folder_of(name: str) -> Path:
 def fetch(name: str) -> Path:
     """Download a network's files, and return their folder, which is complete or absent.
 
-    Raises
-    ------
-    ConfigError
-        If there is no such network.
-    SourceError
-        If a file cannot be loaded, or is another one by now.
-    FormatError
-        If there is no room for them.
+    Raises a ConfigError if there is no such network; a SourceError if a file cannot be loaded, or
+    is another one by now; and a FormatError if there is no room for them.
     """
     from motes.core.download import download  # brings what speaks with servers
 
@@ -138,10 +132,7 @@ def is_whole(name: str) -> bool:
 def paths_of(files: Sequence[str]) -> tuple[str, ...]:
     """Return the files of a network: those that are named, or those kept for a published name.
 
-    Raises
-    ------
-    SourceError
-        If those of a published network are not here.
+    Raises a SourceError if those of a published network are not here.
     """
     if len(files) != 1 or files[0] not in PUBLISHED or Path(files[0]).is_file():
         return tuple(files)

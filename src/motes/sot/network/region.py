@@ -29,10 +29,7 @@ class Region(NamedTuple):
     def around(cls, x: float, y: float, side: float) -> Region:
         """Return the region of about this side whose center is nearest to x, y.
 
-        Raises
-        ------
-        ConfigError
-            If no frame has a place so large or so far.
+        Raises a ConfigError if no frame has a place so large or so far.
         """
         if not max(abs(x), abs(y), side) <= LARGEST_SIDE:
             raise ConfigError(
