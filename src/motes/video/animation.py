@@ -34,6 +34,9 @@ _REDUCED_OR_MASK = 0b101
 class Animation:
     """The pictures of one image file, at the times in the file; pages of a TIFF are 1/25 s apart.
 
+    Raises a SourceError when it is opened, if the file is missing or not an image. Later, at the
+    first picture that cannot be read.
+
     Attributes
     ----------
     fps
@@ -44,12 +47,6 @@ class Animation:
         Number of pictures; 1 for a still image.
     files
         The name of a still image; none of an animation, whose pictures share a file.
-
-    Raises
-    ------
-    SourceError
-        When it is opened, if the file is missing or not an image. Later, at the first picture that
-        cannot be read.
     """
 
     live = realtime = False

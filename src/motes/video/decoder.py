@@ -65,6 +65,9 @@ _TITLE_OPTIONS: dict[str, Any] = {"metadata_errors": "replace"} if _PYAV < 19 el
 class Decoder:
     """The first video of a file, a stream or a camera.
 
+    Raises a SourceError when it is opened, if there is no video to read. Later, if it ends in an
+    error, is too damaged, or is live and ends.
+
     Parameters
     ----------
     address
@@ -92,12 +95,6 @@ class Decoder:
         The time stamps of the key pictures so far: those that need no others.
     matrices
         The display matrices so far, by the angles of the pictures.
-
-    Raises
-    ------
-    SourceError
-        When it is opened, if there is no video to read. Later, if it ends in an error, is too
-        damaged, or is live and ends.
     """
 
     files = ()
@@ -204,10 +201,7 @@ class Decoder:
     def seek(self, stamp: float) -> None:
         """Go to the last key picture up to a time stamp, or near it; then call `pictures`.
 
-        Raises
-        ------
-        SourceError
-            If this file cannot be read from the middle.
+        Raises a SourceError if this file cannot be read from the middle.
         """
         unit = self._stream.time_base or Fraction(1, av.time_base)
         try:
@@ -446,10 +440,7 @@ class Decoder:
 def camera(number: int) -> Decoder:
     """Return the decoder of a camera of this computer, given its number from 0.
 
-    Raises
-    ------
-    SourceError
-        If there is no such camera, or it cannot be read.
+    Raises a SourceError if there is no such camera, or it cannot be read.
     """
     system = platform.system()
     name, options = f"camera {number}", {}

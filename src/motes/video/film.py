@@ -42,6 +42,9 @@ class DamagedError(SourceError):
 class Film:
     """The frames of a video file or of images, in any order; as those of `open_source`.
 
+    Raises a SourceError if there is nothing to read, or the source cannot be read twice; and a
+    ConfigError if no frame is in the range.
+
     Parameters
     ----------
     source
@@ -78,13 +81,6 @@ class Film:
         The paths of all image files in the folder that holds them, by frame; none of a video.
     report
         Counts of what was read and of errors.
-
-    Raises
-    ------
-    SourceError
-        If there is nothing to read, or the source cannot be read twice.
-    ConfigError
-        If no frame is in the range.
     """
 
     def __init__(

@@ -31,13 +31,9 @@ INFO = "seqinfo.ini"
 class ImageFiles:
     """Image files, one frame each: the first picture, in the natural order of the names.
 
-    Their rate is `fps`, else that of `rate_in`, else one is assumed: `1 / FRAME_INTERVAL`.
-
-    Raises
-    ------
-    SourceError
-        If none of the paths is an image, or the file of the rate has none; while reading, at the
-        first one that is damaged.
+    Their rate is `fps`, else that of `rate_in`, else one is assumed: `1 / FRAME_INTERVAL`. Raises a
+    SourceError if none of the paths is an image, or the file of the rate has none; while reading,
+    at the first one that is damaged.
     """
 
     duration: float | None
@@ -117,12 +113,8 @@ def _has_images(path: str) -> bool:
 def rate_in(folder: str | Path) -> float | None:
     """Return the frames per second in the seqinfo.ini of a folder of images; None without one.
 
-    The file lies in the folder, or beside it and names it, as in the MOTChallenge.
-
-    Raises
-    ------
-    SourceError
-        If the file has another number than a rate.
+    The file lies in the folder, or beside it and names it, as in the MOTChallenge. Raises a
+    SourceError if the file has another number than a rate.
     """
     here = Path(folder).absolute()
     for path, name in ((here / INFO, None), (here.parent / INFO, here.name)):

@@ -26,6 +26,9 @@ def pauses(first: float = FIRST_PAUSE) -> Iterator[float]:
 class Persistent:
     """The pictures of a live source over all its connections, with times that keep increasing.
 
+    Raises a SourceError while reading: if a source that turns out to be a recording ends in an
+    error, or a live one stays away for longer than the patience.
+
     Parameters
     ----------
     connect
@@ -38,12 +41,6 @@ class Persistent:
         Called with one line of text when the source drops, and when it is back.
     patience
         Seconds for which a source that dropped is tried again; None means without end.
-
-    Raises
-    ------
-    SourceError
-        While reading: if a source that turns out to be a recording ends in an error, or a live one
-        stays away for longer than the patience.
     """
 
     duration: float | None = None
