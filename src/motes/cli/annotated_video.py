@@ -43,16 +43,8 @@ def painted_target(*, metres: bool) -> Paint:
 class AnnotatedVideo(Sink):
     """A video that begins at 0; checks on construction that it can be written.
 
-    Raises a FormatError if the file exists and must not be overwritten, or cannot be made.
-
-    Parameters
-    ----------
-    path, overwrite
-        The file, and whether it may be replaced.
-    source, stride
-        The source, of which every n-th frame is used.
-    painted
-        What makes the pictures.
+    Raises a FormatError if the file exists and must not be overwritten, or cannot be made. It has
+    every n-th frame of the source, by `stride`.
     """
 
     def __init__(

@@ -33,24 +33,8 @@ def run_stretches(
 ) -> tuple[int, KeyboardInterrupt | None]:
     """Track stretches; call `done` after each one, and with the beginning of an interrupted one.
 
-    The beginning is also passed on where an error ends the run.
-
-    Parameters
-    ----------
-    film
-        The film.
-    parts
-        The stretches.
-    history
-        Has the tracker.
-    done
-        Takes a stretch and its tracks; it is not interrupted.
-    quiet
-        Whether there is no progress bar.
-
-    Returns
-    -------
-    The number of stretches that are done, and the interrupt that ended the run, or None.
+    The beginning is also passed on where an error ends the run. `done` is not interrupted. Returns
+    the number of stretches that are done, and the interrupt that ended the run, or None.
     """
     count = sum((each.last - each.first + 1) * len(each.keys) for each in parts)
     finished, so_far, said = 0, list[Track](), set[str]()
@@ -97,24 +81,10 @@ def refine_rows(
     The history is written first, with all of these stretches as not finished, then the rows, then
     the history again. A run that is killed at any moment can so be finished. Raises a ConfigError
     if keyframes contradict each other, or are outside of the film; and a FormatError if a file
-    cannot be written, or that of the rows has changed since they were read.
-
-    Parameters
-    ----------
-    film
-        The film, with the frames of the rows.
-    table
-        The rows.
-    before, after
-        The history before the correction and after it; the same one, to finish rows.
-    goal
-        The file of the new rows.
-    whole
-        The history of all objects, where the rows are those of one among several.
-
-    Returns
-    -------
-    The number of rows made anew, and the interrupt that ended the run, or None.
+    cannot be written, or that of the rows has changed since they were read. To finish rows,
+    `before` and `after` are the same history; `whole` is that of all objects, where the rows are
+    those of one among several. Returns the number of rows made anew, and the interrupt that ended
+    the run, or None.
     """
     check_keyframes(after.keys, film.name, film.frames, film.width, film.height)
     parts = changed(film.frames, before.keys, after.keys, before.unfinished)

@@ -32,14 +32,8 @@ INTERVAL = 0.1
 class TerminalBar:
     """A progress bar on standard error; nothing if that is no terminal.
 
-    Parameters
-    ----------
-    noun, total, done
-        What is counted, how many there are, None if unknown, and how many are done already.
-    quiet
-        Whether nothing is shown on a terminal either.
-    ticks
-        Whether a thread shows the time that passes between updates.
+    `total` is None if it is unknown, and `done` are there already. With `ticks`, a thread shows the
+    time that passes between updates.
     """
 
     def __init__(
@@ -194,26 +188,11 @@ def run(
     """Write the result of each frame into all outputs, close them, and print a summary.
 
     Raises a MotesError if the source cannot be read any more, or an output not be written. Where a
-    live source is away for good, the outputs are finished before.
-
-    Parameters
-    ----------
-    film
-        The frames; a thread decodes them ahead, and leaves out those of a live source that the
-        results are too slow for.
-    outputs
-        The outputs; all of them are opened here, before the first frame.
-    moments
-        Makes the results from the frames; it is closed before the film.
-    tally
-        Counts the results that are written; the summary is printed also where an error ends the
-        run.
-    quiet
-        Whether there is no progress bar.
-
-    Returns
-    -------
-    The exit code. All outputs are closed; an interrupt before the first frame leaves no file.
+    live source is away for good, the outputs are finished before. A thread decodes the frames
+    ahead, and leaves out those of a live source that the results are too slow for. The outputs are
+    opened here, before the first frame, and `moments` is closed before the film. The summary is
+    printed also where an error ends the run. Returns the exit code; an interrupt before the first
+    frame leaves no file.
     """
     interrupted: KeyboardInterrupt | None = None
     away: AwayError | None = None
@@ -276,16 +255,7 @@ def summarize(
 ) -> None:
     """Print a line on a run that is over, if it did not fail before the first frame, and remarks.
 
-    Parameters
-    ----------
-    tally
-        The statistics of the run.
-    film
-        The source; its problems are added.
-    outputs
-        The outputs; their files are added.
-    interrupted
-        The interrupt that ended the run, if one did.
+    The problems of the source and the files of the outputs are added.
     """
     if not tally.frames:
         if interrupted:

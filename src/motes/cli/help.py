@@ -20,10 +20,7 @@ HelpAll = Annotated[
 class Help:
     """Shows the help of a command, with its texts from docstrings as running text.
 
-    Parameters
-    ----------
-    usual
-        The options that are shown, beside all arguments; by default all.
+    `usual` are the options that are shown, beside all arguments; by default all.
     """
 
     def __init__(self, *usual: str) -> None:

@@ -67,12 +67,8 @@ def point_out_corners(region: Sequence[float] | None, width: int, height: int) -
 def refuse(options: Mapping[str, object], why: str) -> None:
     """Raise a ConfigError that names the options that are given, if any is.
 
-    Parameters
-    ----------
-    options
-        The value of each option; None, False, or nothing in it if it is not given.
-    why
-        What these options are, as in `not for keyframes`.
+    One that is not given is None, False or empty; `why` is what they are, as in `not for
+    keyframes`.
     """
     given = [name for name, value in options.items() if value is not None and value is not False]
     given = [name for name in given if options[name] not in ("", [], ())]
@@ -98,13 +94,6 @@ def checked_output(source: str, outputs: OutputOptions, others: Sequence[str | P
 
     Rows without -o have a name of their own if nothing else is made. Raises a ConfigError if an
     output is the source or another output, or options contradict each other.
-
-    Parameters
-    ----------
-    source, outputs
-        The source, and the options of outputs.
-    others
-        The files of further outputs.
     """
     from motes.cli.outputs import is_document
     from motes.rows.schema import journal_of

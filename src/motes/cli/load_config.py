@@ -53,18 +53,8 @@ def load_watch_config(
     """Return the scene of a preset, changed by the file, the options and --set in turn.
 
     Raises a ConfigError for an unknown preset, detector or key, or a value that does not fit; and a
-    SourceError if the file cannot be read.
-
-    Parameters
-    ----------
-    preset
-        The preset of the trackers.
-    objects
-        What is tracked; with both --detector and --like, the configuration is that of --like.
-    values
-        The file of --config, and --set.
-    own_code
-        Whether the file may name a detector that is code.
+    SourceError if the file cannot be read. With both --detector and --like, the configuration is
+    that of --like. `own_code` is whether the file may name a detector that is code.
     """
     from motes.core.config import from_toml
     from motes.mot.detection.custom import CustomConfig

@@ -101,19 +101,9 @@ class RowsOutput(Sink):
 class Remembered(Sink):
     """What is to be remembered of a run, beside its rows, from before the first one on.
 
-    Raises a FormatError if the file exists and must not be overwritten, or cannot be made.
-
-    Parameters
-    ----------
-    rows
-        The file of the rows.
-    history
-        What is remembered.
-    overwrite
-        Whether an existing file may be replaced.
-    resume
-        Whether the rows that are there are compared. As they may be of another run, what is
-        remembered of them stays until there is a new one.
+    Raises a FormatError if the file exists and must not be overwritten, or cannot be made. To
+    resume, the rows that are there are compared. As they may be of another run, what is remembered
+    of them stays until there is a new one.
     """
 
     def __init__(self, rows: Path, history: History, *, overwrite: bool, resume: bool) -> None:

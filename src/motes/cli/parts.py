@@ -18,16 +18,8 @@ PARTS = Registry[Callable[..., Any]]("part", "motes.parts", Callable, {}, values
 def part(name: str, need: str, program: str = "fleet") -> Callable[..., Any]:
     """Return what another program brings.
 
-    Raises a MissingDependencyError if no installed package has it.
-
-    Parameters
-    ----------
-    name
-        The name of its entry point.
-    need
-        What needs it, as the subject of an error.
-    program
-        The program that has it.
+    Raises a MissingDependencyError if no installed package has it. `name` is that of its entry
+    point, and `need` what needs it, as the subject of an error.
     """
     if name not in PARTS:
         raise missing(need, program)

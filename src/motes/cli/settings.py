@@ -26,13 +26,9 @@ TRACKER_HELP = HELP.format(
 def settings_of(given: Sequence[str]) -> dict[str, Any]:
     """Return the values of --set as the tables of a configuration.
 
-    Raises a ConfigError if one has another form, or two contradict each other.
-
-    Parameters
-    ----------
-    given
-        KEY=VALUE, with dots between the parts of a key, and a value as in TOML; a text needs no
-        quotes, and a list of numbers no brackets.
+    Raises a ConfigError if one has another form, or two contradict each other. Each is KEY=VALUE,
+    with dots between the parts of a key, and a value as in TOML; a text needs no quotes, and a list
+    of numbers no brackets.
     """
     found: dict[str, Any] = {}
     for text in given:

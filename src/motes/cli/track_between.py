@@ -74,15 +74,7 @@ def track_between(
 
 
 class KeyframeRun(Tally):
-    """A run between keyframes, which grows.
-
-    Parameters
-    ----------
-    film, asked
-        The film, and what is asked for.
-    history
-        The keyframes and the tracker.
-    """
+    """A run between keyframes, which grows."""
 
     def __init__(self, film: Film, asked: Request[TrackerConfig], history: History) -> None:
         super().__init__()

@@ -157,10 +157,7 @@ class Changes:
 class TargetTally(Tally):
     """Statistics of a run with one object.
 
-    Parameters
-    ----------
-    budget
-        Whether the tracker chooses its number of particles.
+    `budget` is whether the tracker chooses its number of particles.
     """
 
     def __init__(self, *, budget: bool = False) -> None:
@@ -210,13 +207,7 @@ class TargetTally(Tally):
 
 
 class ObjectsTally(Tally):
-    """Statistics of a run with several objects.
-
-    Parameters
-    ----------
-    objects
-        The number of objects.
-    """
+    """Statistics of a run with several objects."""
 
     def __init__(self, objects: int) -> None:
         super().__init__()

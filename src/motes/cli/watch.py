@@ -226,12 +226,7 @@ def check_least(kind: DetectorConfig, least: float | None) -> None:
 def _check_no_single(groups: Sequence[Any], preset: str) -> None:
     """Raise a ConfigError for an option that is for one camera.
 
-    Parameters
-    ----------
-    groups
-        The groups of options, of which several cameras take some.
-    preset
-        The preset, which cameras have of their own.
+    Several cameras take some options of these groups, and have presets of their own.
     """
     several = ("output", "overwrite", "seed", "histogram")
     names = [

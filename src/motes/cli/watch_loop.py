@@ -72,12 +72,7 @@ def counted_moments(
 class SceneTally(Tally):
     """Statistics of the frames that are written, and a scene's warnings as they come.
 
-    Parameters
-    ----------
-    scene, counter
-        The scene, and the counter of its events.
-    turns
-        Whether the summary has a table of turns.
+    `turns` is whether the summary has a table of turns.
     """
 
     def __init__(self, scene: Scene, counter: EventCounter, *, turns: bool) -> None:
@@ -146,10 +141,7 @@ def table(counts: Counter[tuple[int, str, str, str, str]]) -> list[str]:
 def turn_table(turns: Counter[tuple[str, str]]) -> list[str]:
     """Return the lines of a table of how many objects went from each line to each other one.
 
-    Parameters
-    ----------
-    turns
-        Their number for each (first, last) line, as `EventCounter.turns`.
+    `turns` has their number for each (first, last) line, as `EventCounter.turns`.
     """
     starts = sorted({start for start, _ in turns})
     ends = [*sorted({end for _, end in turns if end}), *[""] * any(not end for _, end in turns)]
