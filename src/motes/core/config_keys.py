@@ -84,16 +84,9 @@ def keys(
 ) -> tuple[Key, ...]:
     """Return the keys of a configuration class, or of all in a union.
 
-    Parameters
-    ----------
-    kind
-        The class or union.
-    value
-        A configuration whose values are described; by default the defaults are.
-    path
-        The name of the key that it stands at.
-    within
-        The classes around it: one that holds one of its own kind is described once.
+    The values described are those of `value`, by default the defaults. `path` is the name of the
+    key that it stands at, and `within` the classes around it: one that holds one of its own kind is
+    described once.
     """
     found: dict[str, Key] = {}
     for part in alternatives(kind):

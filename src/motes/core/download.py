@@ -23,13 +23,7 @@ def download(url: str, size: int, sha256: str) -> bytes:
     """Return the content of a file; not more than `size` bytes are read.
 
     Raises a SourceError if it cannot be reached, is refused or cut off, or is another file by now.
-
-    Parameters
-    ----------
-    url
-        Its address.
-    size, sha256
-        Its bytes, and their digest in hexadecimal digits.
+    `sha256` is its digest in hexadecimal digits.
     """
     name, host = url.rpartition("/")[2], Request(url).host
     try:

@@ -12,16 +12,8 @@ from motes.core.errors import MissingDependencyError
 def optional(module: str, need: str, package: str) -> Any:
     """Return a module of a package that may be missing.
 
-    Raises a MissingDependencyError if it cannot be imported.
-
-    Parameters
-    ----------
-    module
-        Its dotted name.
-    need
-        What needs it, such as "MQTT needs paho-mqtt".
-    package
-        What is to be installed, such as "motes[onnx]".
+    Raises a MissingDependencyError if it cannot be imported. `need` is what needs it, such as "MQTT
+    needs paho-mqtt", and `package` what is to be installed, such as "motes[onnx]".
     """
     try:
         return importlib.import_module(module)

@@ -173,18 +173,9 @@ def write_folder(path: str | Path, files: Iterable[tuple[str, bytes]]) -> None:
 def used_alone(folder: Path, taken: Callable[[str], str]) -> Iterator[BinaryIO]:
     """Keep others out of a folder, which is made; a kill ends that too.
 
-    Raises a FormatError if another program uses the folder, or it cannot be made.
-
-    Parameters
-    ----------
-    folder
-        The folder.
-    taken
-        Returns the message if another program uses it, of what that one has written.
-
-    Yields
-    ------
-    A file, into which a text for the others may be written.
+    Raises a FormatError if another program uses the folder, or it cannot be made. `taken` returns
+    the message if another program uses it, of what that one has written. Yields a file, into which
+    a text for the others may be written.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -215,21 +206,8 @@ class PartialFile:
 
     Appended data is in the file at once. Changes of older data wait for the end. So a program that
     is killed at any moment leaves a file that only lacks its end. Raises an OSError here and from
-    all methods, if the file system refuses.
-
-    Parameters
-    ----------
-    target
-        The final name of the file. If it is a link, the file behind the link is meant.
-    ending
-        The ending of the partial file's name.
-
-    Attributes
-    ----------
-    path
-        The partial file.
-    whole
-        Whether it has become the target.
+    all methods, if the file system refuses. If the target is a link, the file behind the link is
+    meant. `path` is the partial file, and `whole` is whether it has become the target.
     """
 
     def __init__(self, target: str | Path, ending: str = "") -> None:

@@ -53,25 +53,11 @@ class Session:
 
     Raises a MissingDependencyError if ONNX Runtime is not installed; a SourceError if the file is
     not there, too large, cut off or no ONNX file, or if a file with its weights is missing, or it
-    holds operations that cannot be run; and a ConfigError if there is no such provider.
-
-    Parameters
-    ----------
-    path
-        The file.
-    threads
-        Number of threads; None for one on each core.
-    provider
-        What ONNX Runtime runs it on, such as CUDAExecutionProvider; None for the processor.
-    open_sizes
-        Whether it shall take inputs of other sizes than the file fixes.
-
-    Attributes
-    ----------
-    inputs, outputs
-        What the model takes and gives.
-    metadata
-        Texts in the file, by name.
+    holds operations that cannot be run; and a ConfigError if there is no such provider. `threads`
+    is None for one on each core, and `provider` what ONNX Runtime runs it on, such as
+    CUDAExecutionProvider, None for the processor. With `open_sizes` it takes inputs of other sizes
+    than the file fixes. `inputs` and `outputs` are what the model takes and gives, and `metadata`
+    the texts in the file, by name.
     """
 
     def __init__(

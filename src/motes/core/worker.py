@@ -83,20 +83,8 @@ class StoppedError(Exception):
 class Worker:
     """A process that calls a function with its `WorkerLine`.
 
-    Parameters
-    ----------
-    function, arguments
-        A function at the top level of a module; it gets the line, and these arguments. By default
-        the worker does tasks.
-    line
-        The class of the line.
-    context
-        How the process is started: as a new interpreter, by default.
-
-    Attributes
-    ----------
-    pipe
-        The pipe to the process.
+    The function is at the top level of a module; it gets a line of the class `line`, and the
+    arguments. By default the worker does tasks, and its process is started as a new interpreter.
     """
 
     def __init__(
@@ -174,13 +162,7 @@ class WorkerLine:
     """A worker's line to its program; without a program, it ends the worker.
 
     Messages are taken at once, so that the program never waits for a worker that is at work.
-
-    Parameters
-    ----------
-    pipe
-        The pipe to the program.
-    scratch
-        The folder of temporary files, which is removed with the worker.
+    `scratch` is the folder of temporary files, which is removed with the worker.
     """
 
     def __init__(self, pipe: Connection, scratch: str | None = None) -> None:
