@@ -36,12 +36,8 @@ class Ranked(NamedTuple):
 def wrong(ellipses: Floats, variances: Floats, confidence: Floats) -> Floats:
     """Return the probability (n,) that each box is wrong; NaN rows have none: 0.
 
-    Parameters
-    ----------
-    ellipses, variances
-        (n, 5), the path and its variances.
-    confidence
-        (n,), the probability that the target is followed at all.
+    The path and its variances are (n, 5); the confidence (n,) is the probability that the target is
+    followed at all.
     """
     out = 1 - confidence * overlap_probability(ellipses, variances, RIGHT)
     return np.nan_to_num(out, nan=0.0)
@@ -58,19 +54,9 @@ def ranked(
 ) -> list[Ranked]:
     """Return doubtful frames, each to be corrected after those before it, the largest gain first.
 
-    Parameters
-    ----------
-    ellipses, variances, confidence
-        As in `wrong`.
-    keys
-        (n,), which frames are keyframes.
-    count
-        Number of frames to return; there are fewer if no other frame has a gain.
-    asked
-        (n,) each, the frames that may be returned: those of the first, then those of the next. By
-        default all of them.
-    least
-        Gain above which a frame is returned.
+    The arrays are as in `wrong`, and `keys` (n,) is which frames are keyframes. There are fewer
+    than `count` if no other frame has a gain above `least`. `asked` has the frames (n,) that may be
+    returned: those of the first, then those of the next; by default all of them.
     """
     variances, confidence, keys = variances.copy(), confidence.copy(), keys.copy()
     found: list[Ranked] = []

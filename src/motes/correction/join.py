@@ -93,11 +93,8 @@ class Stretch(NamedTuple):
     def course(self, forward: Course | None, backward: Course | None) -> Course:
         """Return where the target is in its frames.
 
-        Parameters
-        ----------
-        forward, backward
-            The passes over all of these frames, from the first and from the last keyframe; None
-            without such a keyframe. There is one at least.
+        The passes are over all of these frames, from the first and from the last keyframe; None
+        without such a keyframe. There is one at least.
         """
         passes = [each for each in (forward, backward) if each is not None]
         absent = np.zeros(len(passes[0].ellipses), bool)
@@ -148,18 +145,10 @@ def fuse(
 ) -> Course:
     """Return one track from one or two passes.
 
-    Parameters
-    ----------
-    passes
-        The passes, over the same frames.
-    follows
-        Which of them are used in each frame.
-    keys
-        Exact regions by their place in these frames.
-    starts
-        Where each pass has begun, on one of them; none for a track whose start is not known.
-    absent
-        (n,), whether the target is known to be absent.
+    The passes are over the same frames, and `follows` is which of them are used in each. `keys` has
+    exact regions by their place in these frames, and `starts` where each pass has begun, on one of
+    them; none for a track whose start is not known. `absent` (n,) is whether the target is known to
+    be absent.
     """
     used = follows.used
     regions = [*keys.values()] or [Ellipse(*row) for row in passes[0].ellipses[used[0]].tolist()]

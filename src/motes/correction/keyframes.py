@@ -223,17 +223,6 @@ def check_keyframes(marks: Keyframes, name: str, frames: range, width: int, heig
 
     Raises a ConfigError if there is none with a region, or one is outside of the frames or of the
     picture.
-
-    Parameters
-    ----------
-    marks
-        The keyframes.
-    name
-        The film's name in messages.
-    frames
-        The frames that are used.
-    width, height
-        Size of the film.
     """
     if all(region is None for region in marks.values()):
         raise ConfigError("No keyframe marks the target; give one a region.")

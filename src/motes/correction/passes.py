@@ -88,22 +88,10 @@ def run_pass(
 ) -> list[Track]:
     """Return the tracks of a target, in order of the frames.
 
-    Parameters
-    ----------
-    config, seed
-        The tracker.
-    frames
-        The frames in the order of the pass; the first one has the keyframe.
-    region
-        The target there.
-    backward
-        Whether the frames come in reverse order.
-    so_far
-        A list to which each track is added as soon as it is known, for a run that is interrupted.
-    other
-        The keyframe at the end of the pass, from whose look the models also learn.
-    observe
-        Called with the tracker's report of each frame.
+    The frames are in the order of the pass, and `region` is the target in the first one. Each track
+    is added to `so_far` as soon as it is known, for a run that is interrupted. The models also
+    learn from the look of `other`, the keyframe at the end of the pass; `observe` gets the
+    tracker's report of each frame.
     """
     tracker = Tracker(config, seed, backward=backward)
     tracks = [] if so_far is None else so_far

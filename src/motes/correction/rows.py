@@ -35,16 +35,9 @@ class KnownRows:
     """The rows of one object in a file that `motes track`, `smooth` or `refine` has written.
 
     Raises an InputError if the file cannot be read, is empty, lacks a column, or does not have this
-    object; also if it has several, and none is chosen.
-
-    Parameters
-    ----------
-    path
-        A .csv or .jsonl file.
-    growing
-        Whether its last line may be cut off, as of a run that was killed. It is then left out.
-    identity
-        Which object is meant; None for the only one. Rows of others stay as they are.
+    object; also if it has several, and none is chosen. The last line of `growing` rows may be cut
+    off, as of a run that was killed; it is then left out. `identity` is which object is meant, None
+    for the only one; rows of others stay as they are.
 
     Attributes
     ----------
@@ -204,14 +197,7 @@ class KnownRows:
         New ones end as the file's first line does, which another program may have written.
 
         Rows without the columns of hindsight get them: the others, and other objects, are then
-        empty there.
-
-        Parameters
-        ----------
-        tracks
-            The new tracks, in hindsight.
-        units
-            How pixels become metres, for rows that have metres.
+        empty there. `units` is how pixels become metres, for rows that have metres.
         """
         new = {track.frame: track for track in tracks}
         known = {track.frame: track for track in self.tracks} | new
@@ -265,14 +251,7 @@ def _version(path: Path) -> tuple[int, int, int] | None:
 def widened(text: str, form: Form, before: Sequence[str], columns: Sequence[str]) -> str:
     """Return the line of a row with further columns, which are empty; its fields stay as they are.
 
-    Parameters
-    ----------
-    text
-        The line; its end is left out.
-    form
-        The form of the rows.
-    before, columns
-        The columns that it has, and those that it gets.
+    The end of the line is left out.
     """
     if form == "jsonl":
         values = msgspec.json.decode(text, type=dict[str, msgspec.Raw])

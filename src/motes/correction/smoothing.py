@@ -69,16 +69,8 @@ def fit_motion(seen: Floats, valid: Flags, relative: Floats) -> Dynamics:
 
     The likelihood is that of the Kalman filter's prediction errors, with the scale of all variances
     at its maximum (Harvey, Forecasting, structural time series models and the Kalman filter, 1989,
-    section 3.4).
-
-    Parameters
-    ----------
-    seen
-        (n, k), the observations.
-    valid
-        (n,), which of them count.
-    relative
-        (n, k), the variance of each observation relative to the others.
+    section 3.4). Observations and their relative variances are (n, k); those that are `valid` (n,)
+    count.
     """
     rho, ratio = (each.ravel() for each in np.meshgrid(PERSISTENCE, NOISE_RATIOS))
     models, coordinates = len(rho), seen.shape[1]
@@ -203,16 +195,8 @@ def outliers(seen: Floats, valid: Flags, gate: float) -> Flags:
     A filter runs through the observations forward and another one backward. Each leaves out what
     lies outside of its gate, and its uncertainty grows until it accepts an observation again
     (Bar-Shalom and Fortmann, Tracking and data association, 1988, section 4.2). What both leave out
-    is an outlier.
-
-    Parameters
-    ----------
-    seen
-        (n, k), positions.
-    valid
-        (n,), which of them count.
-    gate
-        Quantile of the normalized squared innovation, of k degrees of freedom.
+    is an outlier. Positions are (n, k); those that are `valid` (n,) count. `gate` is the quantile
+    of the normalized squared innovation, of k degrees of freedom.
     """
     where = np.flatnonzero(valid)
     left = np.zeros(len(seen), bool)

@@ -44,17 +44,10 @@ def support(
 ) -> Support:
     """Return which of two passes follow the target, each from its keyframe at one end.
 
-    Parameters
-    ----------
-    confidence
-        (2, n), the confidence of the forward and of the backward pass.
-    agree
-        (n,), whether both overlap by more than half.
-    meets
-        Whether the forward pass meets the last keyframe, and the backward pass the first one. None
-        without a last keyframe: the backward pass began where the forward one had ended.
-    absent
-        (n,), whether the target is known to be absent.
+    The confidence (2, n) is that of the forward and of the backward pass; they agree (n,) where
+    they overlap by more than half. `meets` is whether the forward pass meets the last keyframe, and
+    the backward pass the first one; None without a last keyframe: the backward pass began where the
+    forward one had ended.
     """
     sure = np.clip(confidence, 1 - SUREST, SUREST)
     odds = np.log(sure / (1 - sure)) / INDEPENDENT
