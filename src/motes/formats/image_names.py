@@ -67,14 +67,8 @@ def frame_of(name: str, images: Mapping[str, int]) -> int | None:
     """Return the frame of an image by its name without ending; None if it has no number.
 
     Raises a FormatError if the film is a folder of images, and none has this name; or if the name
-    is one of several videos, or ends in a hash, which says nothing.
-
-    Parameters
-    ----------
-    name
-        The name.
-    images
-        The frames of the film's images by their names; none of a video.
+    is one of several videos, or ends in a hash, which says nothing. `images` has the frames of the
+    film's images by their names; none of a video.
     """
     if name in images:
         return images[name]

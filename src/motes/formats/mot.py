@@ -204,25 +204,12 @@ def read_boxes(path: Path, frames: int, kind: Kind) -> list[list[float]]:
 def read_lines(path: Path, frames: int, kind: Kind, *, sized: bool = False) -> list[list[float]]:
     """Return the boxes of a video, in the order of the lines; these have equally many fields.
 
-    Raises a FormatError if it cannot be read, or a line is wrong, with file and line.
-
-    Parameters
-    ----------
-    path
-        The file; empty lines are skipped.
-    frames
-        Number of frames of the video.
-    kind
-        The content of the file. In truth and results, a frame has each identity at most once.
-        Truth has classes and visibilities, and so have results of motes, which end with `1,-1`.
-        Objects and detections must have an area; results need not.
-    sized
-        Whether results must have an area too.
-
-    Returns
-    -------
-    Frame, identity, x, y, width, height, score, class and visibility of each. The class is
-    `UNKNOWN` and the visibility 1 where the line has none. The first frame and pixel are 1.
+    Raises a FormatError if it cannot be read, or a line is wrong, with file and line. In truth and
+    results, a frame has each identity at most once. Truth has classes and visibilities, and so have
+    results of motes, which end with `1,-1`. Objects and detections must have an area; results need
+    not, unless `sized`. A box is frame, identity, x, y, width, height, score, class and visibility;
+    the class is `UNKNOWN` and the visibility 1 where the line has none. The first frame and pixel
+    are 1.
     """
     name = "/".join([path.parent.name, path.name]).lstrip("/")
     text = read_text(path, FormatError)

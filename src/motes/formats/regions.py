@@ -70,14 +70,8 @@ def read_regions(text: str, *, strict: bool = False) -> list[TruthRegion]:
       0;
     - an unknown place: VOT's codes of results, 1 where the tracker began, 2 where it has failed.
 
-    Empty lines are skipped. Raises a FormatError if a line has another format, with its number.
-
-    Parameters
-    ----------
-    text
-        The rows.
-    strict
-        Whether a box with a negative side is an error, instead of no target.
+    Empty lines are skipped. Raises a FormatError if a line has another format, with its number. If
+    `strict`, a box with a negative side is an error, instead of no target.
     """
     regions = []
     for number, line in enumerate(lines_of(text), 1):

@@ -425,25 +425,9 @@ def write(
 
     Raises a ConfigError if the format cannot be written, or needs the size of the picture; a
     FormatError if the format cannot hold these objects; and an OSError if the file cannot be
-    written; what was at `path` stays.
-
-    Parameters
-    ----------
-    path
-        The file or folder.
-    name
-        The name of the format.
-    recorded
-        The objects.
-    keyframe_error
-        Largest deviation of what a tool interpolates between keyframes, in pixels; by default that
-        of the format.
-    guesses
-        Whether guesses are written as if they were seen.
-
-    Returns
-    -------
-    What others do not take for seen.
+    written; what was at `path` stays. `keyframe_error` is the largest deviation of what a tool
+    interpolates between keyframes, in pixels. With `guesses`, these are written as if they were
+    seen. Returns what others do not take for seen.
     """
     form = FORMATS.resolve(name)
     if form.write is None:

@@ -20,17 +20,9 @@ def keyframes(
     error. The slopes that each row allows from the keyframe are an interval; a row can be the next
     keyframe while its slope lies in the intersection of those before it. After Tomek, Two
     algorithms for piecewise-linear continuous approximation of functions of one variable, 1974.
-
-    Parameters
-    ----------
-    frames
-        (n,), in order.
-    places
-        (n, k), the coordinates in each frame.
-    forced
-        (n,), rows that are keyframes anyway. The first and the last one always are.
-    error
-        Largest deviation of a coordinate. With 0, each row is a keyframe.
+    Frames (n,) are in order, and places (n, k) are the coordinates in each. Rows that are `forced`
+    (n,) are keyframes anyway, and so are the first and the last one. With an error of 0, each row
+    is a keyframe.
     """
     chosen = forced | (error == 0)
     chosen[[0, -1]] = True
