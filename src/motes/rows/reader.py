@@ -84,14 +84,7 @@ def read_track(path: str | Path, *, pandas: bool = False) -> Any:
 def table_of(text: str, path: str | Path, form: Form) -> NDArray[np.void]:
     """Return the rows of a text as `read_track` does; raise an InputError if it holds others.
 
-    Parameters
-    ----------
-    text
-        The content of the file.
-    path
-        Its name in messages.
-    form
-        The form of the rows.
+    `path` is its name in messages.
     """
     return _read(path, _csv_lines(text) if form == "csv" else _json_lines(text))
 

@@ -69,26 +69,8 @@ class Lines:
     Lines are in the file when `put` returns. Raises a ConfigError if standard output is to be
     resumed; and a FormatError when it is created, if the file exists or cannot be written. Later,
     if the disk is full, the file was deleted or an existing line differs. Lines written before
-    stay.
-
-    Parameters
-    ----------
-    name
-        The file, or `-` for standard output.
-    overwrite
-        Whether an existing file may be replaced.
-    resume
-        Whether an existing file is the beginning of these lines. Each existing line is compared
-        with the new one; a last line that was cut off is completed.
-
-    Attributes
-    ----------
-    name
-        The file, or `-`.
-    matched
-        Number of lines that existed before.
-    count
-        Number of lines so far, including those.
+    stay. A last line that was cut off is completed. `matched` lines existed before, and `count`
+    includes these.
     """
 
     def __init__(self, name: str, overwrite: bool = False, *, resume: bool = False) -> None:
