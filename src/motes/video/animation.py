@@ -159,15 +159,7 @@ def depth_of_pictures(pictures: Sequence[tuple[str, int]]) -> int:
 
 @contextlib.contextmanager
 def readable(path: str | Path, index: int = 0) -> Iterator[None]:
-    """Turn any error raised while an image is read into a SourceError of one line.
-
-    Parameters
-    ----------
-    path
-        The image.
-    index
-        Number of the picture that is read.
-    """
+    """Turn any error raised while an image is read into a SourceError of one line."""
     what = f"Picture {index} of {path}" if index else f"The image {path}"
     try:
         with warnings.catch_warnings():

@@ -66,20 +66,10 @@ class Decoder:
     """The first video of a file, a stream or a camera.
 
     Raises a SourceError when it is opened, if there is no video to read. Later, if it ends in an
-    error, is too damaged, or is live and ends.
-
-    Parameters
-    ----------
-    address
-        The file, address or device in FFmpeg's form; or a pipe, which is closed with the decoder.
-    name
-        The name of the source in messages.
-    advice
-        What to do if it cannot be read; the end of such messages.
-    format_name, options
-        FFmpeg's format and options, if it cannot find them by itself.
-    remote
-        Whether to wait no longer than `OPEN_TIMEOUT` and `READ_TIMEOUT`.
+    error, is too damaged, or is live and ends. The address is in FFmpeg's form; or a pipe, which is
+    closed with the decoder. Messages begin with `name` and end with `advice`, what to do if it
+    cannot be read. One that is `remote` is not waited for longer than `OPEN_TIMEOUT` and
+    `READ_TIMEOUT`.
 
     Attributes
     ----------

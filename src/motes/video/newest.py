@@ -28,12 +28,8 @@ class Newest:
     are late by this and the time of their computing at most. Otherwise the thread waits until each
     frame is used.
 
-    An error of the source is raised after the frames before it.
-
-    Parameters
-    ----------
-    film
-        The source. Stop it before the context ends, if it may wait.
+    An error of the source is raised after the frames before it. Stop the source before the context
+    ends, if it may wait.
     """
 
     def __init__(self, film: Source) -> None:

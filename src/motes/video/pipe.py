@@ -19,12 +19,7 @@ class Pipe(io.FileIO):
 
     FFmpeg itself would wait in a call of the system that nothing ends, and a limit of time would
     end a slow writer. What reads it runs in a thread of its own: signals come to the main thread,
-    and FFmpeg passes no interrupt on.
-
-    Parameters
-    ----------
-    path
-        The pipe; opening a FIFO waits for its writer.
+    and FFmpeg passes no interrupt on. Opening a FIFO waits for its writer.
     """
 
     def __init__(self, path: str) -> None:

@@ -37,14 +37,7 @@ def prefetch(items: Iterable[T], ahead: int = QUEUE_SIZE) -> Iterator[Iterator[T
     A child of `fork` has no such thread: the iterator raises a SourceError there.
 
     With MOTES_THREADS=1 there is no such thread: a worker of a batch has one core, and others use
-    the rest of the machine.
-
-    Parameters
-    ----------
-    items
-        What to iterate over, in the thread.
-    ahead
-        Largest number of items that wait to be used.
+    the rest of the machine. At most `ahead` items wait to be used.
     """
     if os.environ.get("MOTES_THREADS") == "1":
         yield iter(items)

@@ -27,20 +27,10 @@ class Persistent:
     """The pictures of a live source over all its connections, with times that keep increasing.
 
     Raises a SourceError while reading: if a source that turns out to be a recording ends in an
-    error, or a live one stays away for longer than the patience.
-
-    Parameters
-    ----------
-    connect
-        Opens the source.
-    decoder
-        The source, opened for the first time.
-    name
-        The name of the source in messages.
-    on_drop
-        Called with one line of text when the source drops, and when it is back.
-    patience
-        Seconds for which a source that dropped is tried again; None means without end.
+    error, or a live one stays away for longer than the patience. `decoder` is the source, opened
+    for the first time, and `connect` opens it again. `on_drop` is called with one line of text when
+    it drops, and when it is back; `patience` is for how many seconds it is tried again, None
+    without end.
     """
 
     duration: float | None = None

@@ -30,20 +30,9 @@ def timed(
     """Yield the time of each picture since the first one, its stamp, and a function that loads it.
 
     Times strictly increase. Stamps that are missing, do not increase, or are contradicted by those
-    around are replaced and counted.
-
-    Parameters
-    ----------
-    pictures
-        The pictures in order.
-    fps
-        Nominal frames per second; None if unknown.
-    report
-        Counts the pictures, and the stamps that are replaced.
-    even
-        Whether no stamp counts, and the times are those of the rate.
-    ahead
-        How many further pictures are read before one is yielded; 0 for those that come live.
+    around are replaced and counted. If `even`, no stamp counts, and the times are those of the rate
+    `fps`. `ahead` is how many further pictures are read before one is yielded; 0 for those that
+    come live.
     """
     if fps and even:
         for index, (stamp, load) in enumerate(pictures):
