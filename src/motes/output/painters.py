@@ -50,11 +50,6 @@ class ScenePainter:
     """Paints all objects with their trails and speeds, the lines and zones, the time and totals.
 
     A trail is of the point that is counted: the foot. It is interrupted where that is not seen.
-
-    Parameters
-    ----------
-    places
-        The lines and zones.
     """
 
     def __init__(self, places: Regions) -> None:

@@ -20,12 +20,7 @@ DIM = 0.6
 def heatmap(pixels: Bytes, seconds: NDArray[np.float64]) -> Bytes:
     """Return a frame with colors for how long feet have been at each place.
 
-    Parameters
-    ----------
-    pixels
-        (H, W, 3), a frame.
-    seconds
-        (H, W), the time for which a foot was at each pixel, over all objects.
+    `seconds` (H, W) is the time for which a foot was at each pixel, over all objects.
     """
     from scipy.ndimage import gaussian_filter
 

@@ -50,12 +50,8 @@ class Mark(NamedTuple):
 class SlitScan:
     """The pixels under a line in all frames: time downwards, the line across.
 
-    Parameters
-    ----------
-    points
-        The line's ends: x1, y1, x2, y2.
-    names
-        The names of its directions, written below with strokes in the colors of their marks.
+    `points` are the line's ends x1, y1, x2, y2, and `names` those of its directions, written below
+    with strokes in the colors of their marks.
     """
 
     def __init__(
