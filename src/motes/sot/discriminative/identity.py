@@ -108,14 +108,8 @@ class Identity(msgspec.Struct, frozen=True, eq=False):
     def after(self, frame: Frame, target: Ellipse, camera: Floats, *, seen: bool) -> Self:
         """Return the belief after a frame.
 
-        Parameters
-        ----------
-        target
-            What is followed.
-        camera
-            (2,) the shift of the scene since the last frame, in pixels.
-        seen
-            Whether something like the target is there. If not, nothing is known about who it is.
+        `camera` (2,) is the shift of the scene since the last frame, in pixels. Unless something
+        like the target is seen, nothing is known about who it is.
         """
         look, lead, distance = look_at(frame, target), self.lead, self.distance
         if seen:

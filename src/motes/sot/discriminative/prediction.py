@@ -64,14 +64,7 @@ def small_size(height: int, width: int) -> tuple[int, int]:
 def overlap(before: Singles, now: Singles, shift: Floats, frame: Frame) -> tuple[Singles, Singles]:
     """Return what two small pictures both show, if the scene has moved by a shift.
 
-    Parameters
-    ----------
-    before, now
-        (h, w), the pictures.
-    shift
-        (2,), x and y in pixels of the frames.
-    frame
-        One of the frames, which are of one size.
+    The pictures are (h, w); the shift is x and y in pixels of the frames, which are of one size.
     """
     rows, columns = now.shape
     across = round(float(shift[0]) * columns / frame.width)
@@ -113,11 +106,7 @@ class Light(msgspec.Struct, frozen=True):
     def followed(self, before: Singles, now: Singles) -> Light:
         """Return the light of the next frame.
 
-        Parameters
-        ----------
-        before, now
-            (h, w), what the small pictures of the last and of the next frame both show
-            (`overlap`).
+        The pictures (h, w) are what the last and the next frame both show (`overlap`).
         """
         least, most = 3 * DARK, 3 * BRIGHT  # pictures are sums of three colors
         known, ratio = kernels.planes.median_ratio(now, before, least, most)
@@ -236,11 +225,7 @@ class Prediction(NamedTuple):
     ) -> MotionHistory:
         """Return the history after the frame.
 
-        Parameters
-        ----------
-        before, after
-            The target in the last frame and in this one; None if it was not seen. Then it counts as
-            at rest in the scene.
+        A target that was not seen, so that `after` is None, counts as at rest in the scene.
         """
         camera = self.shifts[1]
         if after is None:

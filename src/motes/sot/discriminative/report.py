@@ -44,14 +44,8 @@ def report(
 ) -> StepInfo:
     """Return the report of an estimate; its confidence is that the target is there, and is it.
 
-    While a lost target is searched for, the particles are those of the search.
-
-    Parameters
-    ----------
-    state
-        The state after the frame.
-    ellipses
-        (N, 5) the particles of the estimate; their weights are those of `look`.
+    While a lost target is searched for, the particles are those of the search. The state is that
+    after the frame; the weights of the particles (N, 5) are those of `look`.
     """
     weights: Weights | None = look.weights
     if not state.standing.trusted and len(state.search_particles):
@@ -127,14 +121,8 @@ def at_region(info: StepInfo, region: Ellipse, confidence: float, status: Status
 def particles_of(look: WindowEstimate, state: DiscriminativeState, found: Ellipse) -> Floats:
     """Return the particles (N, 5) of place and size.
 
-    Parameters
-    ----------
-    look
-        The estimate of the place; N particles.
-    state
-        Its (M,) particles of the size are repeated for N particles.
-    found
-        The estimate. Its size is the most likely one; the particles show its uncertainty.
+    The N particles of the place are those of `look`; the M of the size are repeated. The size that
+    is found is the most likely one; the particles show its uncertainty.
     """
     factors = state.factors[np.arange(len(look.centers)) % len(state.factors)]
     ellipses = np.empty((len(factors), 5))
@@ -154,15 +142,8 @@ def reported_size(
 ) -> Trend:
     """Return the size to report: smooth, but for a target that was found elsewhere.
 
-    Parameters
-    ----------
-    state
-        The state before the frame.
-    found
-        The estimate.
-    sized, learned, jumped
-        Whether the size was estimated, whether the models learned from this frame, and whether the
-        search has found this place.
+    It is told whether the size was estimated, whether the models learned from this frame, and
+    whether the search has found this place; `state` is that before the frame.
     """
     first = Ellipse.from_box(state.shape.box).a
     if jumped:

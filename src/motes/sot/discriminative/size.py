@@ -123,17 +123,8 @@ class TurnEstimate(msgspec.Struct, frozen=True, eq=False):
     ) -> TurnEstimate:
         """Return the estimate after a frame.
 
-        Parameters
-        ----------
-        frame
-            The frame.
-        place
-            The estimate of place and size.
-        window, turned
-            The angle of the tracker's window since the first region, and its change in this frame.
-            The report follows the change where the rings show no turn.
-        seen
-            Whether the target is tracked.
+        `window` is the angle of the tracker's window since the first region, and `turned` its
+        change in this frame, which the report follows where the rings show no turn.
         """
         if not len(self.rings):
             return TurnEstimate(self.rings, Trend(window))

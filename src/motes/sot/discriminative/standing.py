@@ -41,14 +41,9 @@ class Standing(NamedTuple):
         """Return the status after a frame.
 
         A lost target is believed in only after some frames in a row. So the tracker learns nothing
-        from an object that is only similar.
-
-        Parameters
-        ----------
-        evidence
-            Log odds that the target is at the estimate, or another number of their sign.
-        jumped
-            Whether the search has found this place in this frame.
+        from an object that is only similar. `evidence` is the log odds that the target is at the
+        estimate, or another number of their sign; it has `jumped` if the search has found this
+        place in this frame.
         """
         there, tracking = evidence > 0, self.status is Status.TRACKING
         confirmed, contradicted = (0, 0) if jumped else (self.confirmed, self.contradicted)

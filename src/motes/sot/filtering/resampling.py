@@ -179,17 +179,9 @@ class KldSampling(Config, frozen=True):
 def mean_ellipse(ellipses: Floats, weights: Floats) -> tuple[Ellipse, Floats]:
     """Return the mean E[S] = sum of pi s (Nummiaro et al., equation 1) and its covariance.
 
-    Parameters
-    ----------
-    ellipses
-        (N, 5): x, y, a, b, theta. An ellipse is the same after half a turn, so the angle's mean
-        and deviations are taken modulo pi.
-    weights
-        (N,), sum 1.
-
-    Returns
-    -------
-    The mean ellipse, theta in (-pi/2, pi/2], and the (5, 5) covariance of x, y, a, b, theta.
+    Ellipses are (N, 5), and the weights (N,) have the sum 1; the covariance is (5, 5). An ellipse
+    is the same after half a turn, so the angle's mean and deviations are taken modulo pi; the mean
+    is in (-pi/2, pi/2].
     """
     mean, covariance = np.empty(5), np.empty((5, 5))
     kernels.particles.moments(ellipses, weights, mean, covariance)

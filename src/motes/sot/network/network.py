@@ -91,13 +91,7 @@ class Network(Config, frozen=True):
         """Return the boxes that the network sees around a place, and their scores.
 
         Raises a ConfigError if the place has no area or is not finite. And the errors of `open`.
-
-        Parameters
-        ----------
-        model
-            The target, as `learn` returned it.
-        frame, place
-            Where the target is expected in a frame, and its expected size.
+        `place` is where the target is expected, and its expected size.
         """
         opened = _opened(self)
         return opened.family.look(opened.sessions, model.template, frame, as_ellipse(place))
