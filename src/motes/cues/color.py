@@ -218,12 +218,8 @@ class Posterior(Cue, Config, frozen=True):
 def means(integral: Floats, boxes: Floats) -> Floats:
     """Return the mean posterior over boxes, (N,).
 
-    Parameters
-    ----------
-    integral
-        (H + 1, W + 1), the result of `Posterior.integral`.
-    boxes
-        (N, 4): x and y off the window's center, half width and half height, in samples.
+    `integral` (H + 1, W + 1) is the result of `Posterior.integral`. Boxes (N, 4) are x and y off
+    the window's center, half width and half height, in samples.
     """
     out = np.empty(len(boxes))
     kernels.bilinear.box_means(integral, boxes, out)

@@ -205,15 +205,8 @@ class ConfinedFilter(Config, frozen=True):
     ) -> ConfinedModel:
         """Return the filter after it has learned from a frame.
 
-        Parameters
-        ----------
-        view
-            What it saw in this frame.
-        target
-            Where the target is.
-        share
-            How much of the frame is learned, from 0: the inertia is divided by it. 1 is a frame,
-            and `INERTIA` gives it the weight of all before.
+        `share` is how much of the frame is learned, from 0: the inertia is divided by it. 1 is a
+        frame, and `INERTIA` gives it the weight of all before.
         """
         if not share:
             return model

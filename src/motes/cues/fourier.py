@@ -81,12 +81,8 @@ def gaussian(
 def filtered(numerator: Spectra, power: Singles, spectra: Spectra) -> Spectra:
     """Return the spectrum of a filter's response to signals.
 
-    Parameters
-    ----------
-    numerator, spectra
-        (K, ...), of the filter and of K signals.
-    power
-        (...), of the filter, with the ridge added.
+    Numerator and spectra are (K, ...), of the filter and of K signals, and `power` (...) is that of
+    the filter, with the ridge added.
     """
     out = np.empty(power.shape, np.complex64)
     flat = len(numerator), -1
