@@ -34,12 +34,7 @@ VIGNETTE = 0.25
 class Brush:
     """Paints in pixels of the film on a picture that is `FINE` times finer.
 
-    Parameters
-    ----------
-    image
-        The fine picture; it is changed.
-    left
-        Where the picture's left border lies in the scene, in pixels of the film.
+    The picture is changed; its left border lies at `left` in the scene, in pixels of the film.
     """
 
     def __init__(self, image: Image.Image, left: float = 0.0) -> None:
