@@ -10,7 +10,7 @@ import warnings
 from collections.abc import Callable, Generator, Iterator, Sequence
 from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +18,7 @@ from PIL import Image, ImageOps
 
 from motes.core.errors import MotesError, SourceError
 from motes.core.frame import FRAME_INTERVAL, as_rgb, depth_of
-from motes.video.report import DEPTH_SAMPLES, Report
-
-if TYPE_CHECKING:
-    from motes.video.decoder import Stamped
+from motes.video.report import DEPTH_SAMPLES, Reader, Report, Stamped
 
 # Not MPO, the JPEG of many phones: its other pictures show the same moment as the first.
 ANIMATED = frozenset({"GIF", "PNG", "WEBP"})
@@ -31,25 +28,12 @@ _REDUCED_OR_MASK = 0b101
 """The TIFF tag NewSubfileType, and its bits for reduced copies and masks of another page."""
 
 
-class Animation:
+class Animation(Reader):
     """The pictures of one image file, at the times in the file; pages of a TIFF are 1/25 s apart.
 
     Raises a SourceError when it is opened, if the file is missing or not an image. Later, at the
     first picture that cannot be read.
-
-    Attributes
-    ----------
-    fps
-        The inverse of the time for which the first picture is shown; None without times.
-    duration
-        In seconds; None for an animation, whose times are read together with its pictures.
-    count
-        Number of pictures; 1 for a still image.
-    files
-        The name of a still image; none of an animation, whose pictures share a file.
     """
-
-    live = realtime = False
 
     def __init__(self, path: str) -> None:
         self._path = path
@@ -58,18 +42,23 @@ class Animation:
             self._coarse = reads_high_bytes(self._image)
             self._numbers = picture_numbers(self._image)
             self.count = len(self._numbers)
-            self.files = [Path(path).name] * (self.count == 1)
-            timed = self._image.format in ANIMATED and self.count > 1
+            timed = self._image.format in ANIMATED and len(self._numbers) > 1
+            # The times of an animation are read together with its pictures.
             self.duration = None if timed else self.count * FRAME_INTERVAL
             shown = self._show(self._numbers[0]) if timed else 0.0
-            self.fps: float | None = 1 / shown if shown else None
+            self.fps = 1 / shown if shown else None
             opened.pop_all()
+
+    @property
+    def files(self) -> Sequence[str]:
+        """The name of a still image; none of an animation, whose pictures share a file."""
+        return [Path(self._path).name] * (self.count == 1)
 
     def pictures(self, report: Report) -> Generator[Stamped, None, None]:
         """Yield the pictures in order."""
         moment = 0.0
         report.coarse = self._coarse
-        report.assumed = self.count > 1 and self._image.format not in ANIMATED
+        report.assumed = len(self._numbers) > 1 and self._image.format not in ANIMATED
         for index, number in enumerate(self._numbers):
             with readable(self._path, index):
                 shown = self._show(number)

@@ -28,7 +28,7 @@ from motes.core.frame import DEPTHS, FRAME_INTERVAL, as_rgb, depth_of
 from motes.video.pace import Pace
 from motes.video.pipe import Pipe
 from motes.video.prefetch import QUEUE_SIZE, check_reader, prefetch
-from motes.video.report import DEPTH_SAMPLES, Report
+from motes.video.report import DEPTH_SAMPLES, Reader, Report, Stamped
 from motes.video.upright import display_matrix, upright
 
 if TYPE_CHECKING:
@@ -36,10 +36,6 @@ if TYPE_CHECKING:
     from av.packet import Packet
     from av.video.frame import VideoFrame
     from av.video.stream import VideoStream
-
-Load = Callable[[], NDArray[np.uint8]]
-Stamped = tuple[float | None, Load]
-"""Time stamp in seconds, or None, and a function that returns the pixels."""
 
 MAX_BAD_PACKETS = 64
 """Unreadable packets in a row that are skipped; one more ends the reading with an error."""
@@ -62,7 +58,7 @@ ONE_THREAD: dict[str, Any] = {"threads": 1} if _PYAV >= 17 else {}
 _TITLE_OPTIONS: dict[str, Any] = {"metadata_errors": "replace"} if _PYAV < 19 else {}
 
 
-class Decoder:
+class Decoder(Reader):
     """The first video of a file, a stream or a camera.
 
     Raises a SourceError when it is opened, if there is no video to read. Later, if it ends in an
@@ -73,21 +69,11 @@ class Decoder:
 
     Attributes
     ----------
-    fps
-        Nominal frames per second, None if unknown.
-    duration
-        In seconds, None if unknown.
-    count
-        Estimated number of pictures, None if unknown.
-    live
-        Whether pictures may arrive in real time, without an end: the source gives no duration.
     keys
         The time stamps of the key pictures so far: those that need no others.
     matrices
         The display matrices so far, by the angles of the pictures.
     """
-
-    files = ()
 
     def __init__(
         self,
@@ -184,7 +170,7 @@ class Decoder:
             self._pipe.close()
 
     def stop(self) -> None:
-        """Stop waiting for a pipe: no more pictures; any thread may call this."""
+        """Stop waiting for a pipe."""
         if self._pipe is not None:
             self._pipe.stop()
 

@@ -20,15 +20,9 @@ from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
 from motes.core.interrupts import check
 from motes.core.log import LOG
-from motes.video.decoder import Decoder, Load, Stamped
-from motes.video.report import Report
-from motes.video.sources import (
-    Reader,
-    check_rate,
-    even_rate,
-    find_reader,
-    is_recorded,
-)
+from motes.video.decoder import Decoder
+from motes.video.report import Load, Reader, Report, Stamped
+from motes.video.sources import check_rate, even_rate, find_reader, is_recorded
 from motes.video.times import AHEAD, timed
 
 PART = 1 << 28

@@ -9,17 +9,13 @@ import re
 from collections.abc import Generator, Mapping
 from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.errors import SourceError
 from motes.core.frame import FRAME_INTERVAL
-
-if TYPE_CHECKING:
-    from motes.video.decoder import Stamped
-    from motes.video.report import Report
+from motes.video.report import Reader, Report, Stamped
 
 IMAGE_ENDINGS = frozenset(
     {".bmp", ".jpeg", ".jpg", ".pgm", ".png", ".pnm", ".ppm", ".tif", ".tiff", ".webp"}
@@ -28,17 +24,13 @@ INFO = "seqinfo.ini"
 """The file in which the MOTChallenge has the rate of a folder of images."""
 
 
-class ImageFiles:
+class ImageFiles(Reader):
     """Image files, one frame each: the first picture, in the natural order of the names.
 
     Their rate is `fps`, else that of `rate_in`, else one is assumed: `1 / FRAME_INTERVAL`. Raises a
     SourceError if none of the paths is an image, or the file of the rate has none; while reading,
     at the first one that is damaged.
     """
-
-    duration: float | None
-    count: int | None
-    live = realtime = False
 
     def __init__(self, name: str, paths: list[str], fps: float | None) -> None:
         self._paths = sorted(filter(_is_image, paths), key=_natural)
@@ -83,9 +75,6 @@ class ImageFiles:
         """The paths of the pictures in the folder that holds all of them."""
         start = self._folder or "."
         return [Path(os.path.relpath(path, start)).as_posix() for path in self._paths]
-
-    def close(self) -> None:
-        """Do nothing: each file is closed when it has been read."""
 
 
 def files_in(path: str) -> list[str]:

@@ -7,8 +7,8 @@ import time
 from collections.abc import Callable, Generator, Iterator
 
 from motes.core.errors import AwayError, SourceError
-from motes.video.decoder import Decoder, Stamped
-from motes.video.report import Report
+from motes.video.decoder import Decoder
+from motes.video.report import Reader, Report, Stamped
 
 FIRST_PAUSE, LONGEST_PAUSE = 0.5, 30.0
 """Seconds before what failed is tried again."""
@@ -23,7 +23,7 @@ def pauses(first: float = FIRST_PAUSE) -> Iterator[float]:
         first = min(2 * first, LONGEST_PAUSE)
 
 
-class Persistent:
+class Persistent(Reader):
     """The pictures of a live source over all its connections, with times that keep increasing.
 
     Raises a SourceError while reading: if a source that turns out to be a recording ends in an
@@ -33,10 +33,7 @@ class Persistent:
     without end.
     """
 
-    duration: float | None = None
-    count: int | None = None
     live = True
-    files = ()
 
     def __init__(
         self,

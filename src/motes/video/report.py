@@ -1,8 +1,10 @@
-"""Counts of the pictures read from a source, and of the errors on the way."""
+"""The reader of a source: the interface of all kinds, and counts of what is read and of errors."""
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections import Counter
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar
 
@@ -124,3 +126,41 @@ class Report:
         if not 1 / MAX_ASPECT < self.aspect < MAX_ASPECT:
             parts.append(f"pixels are {self.aspect:.2f} times as wide as high, and left so")
         return "; ".join(parts) or None
+
+
+Load = Callable[[], NDArray[np.uint8]]
+Stamped = tuple[float | None, Load]
+"""Time stamp in seconds, or None, and a function that returns the pixels."""
+
+
+class Reader:
+    """The pictures of one kind of source; all other steps are the same for all kinds."""
+
+    fps: float | None = None
+    """Nominal frames per second; None if unknown."""
+    duration: float | None = None
+    """Length in seconds; None if unknown."""
+    count: int | None = None
+    """Estimated number of pictures; None if unknown."""
+    live = False
+    """Whether pictures may arrive in real time, without an end: the source gives no duration."""
+
+    @property
+    def realtime(self) -> bool:
+        """Whether pictures certainly arrive in real time, so that old ones may be left out."""
+        return False
+
+    @property
+    def files(self) -> Sequence[str]:
+        """The paths of the pictures in the folder of all of them; none of a video."""
+        return ()
+
+    @abstractmethod
+    def pictures(self, report: Report) -> Generator[Stamped, None, None]:
+        """Yield the pictures in order; the pixels are converted only where they are used."""
+
+    def stop(self) -> None:
+        """Stop waiting for pictures: no more come; any thread may call this."""
+
+    def close(self) -> None:
+        """Close the file, camera or connection."""

@@ -7,9 +7,9 @@ from collections.abc import Generator
 
 from motes.core.errors import SourceError
 from motes.core.types import Bytes
-from motes.video.decoder import Decoder, Load, Stamped
+from motes.video.decoder import Decoder
 from motes.video.film import Film
-from motes.video.report import Report
+from motes.video.report import Load, Report, Stamped
 
 
 class Seeker:

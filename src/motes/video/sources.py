@@ -15,7 +15,7 @@ import time
 from collections.abc import Callable, Generator, Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Protocol, Self
+from typing import Self
 
 import numpy as np
 
@@ -24,13 +24,13 @@ from motes.core.errors import ConfigError, SourceError
 from motes.core.files import as_path
 from motes.core.frame import FRAME_INTERVAL, WHOLE, Frame
 from motes.core.log import LOG
-from motes.video.decoder import REMEDY, Decoder, Stamped, camera
+from motes.video.decoder import REMEDY, Decoder, camera
 from motes.video.image_files import IMAGE_ENDINGS, ImageFiles, files_in
 from motes.video.pipe import Pipe
 from motes.video.playlists import ENDINGS as LISTS
 from motes.video.playlists import is_playlist
 from motes.video.reconnect import Persistent
-from motes.video.report import Report
+from motes.video.report import Reader, Report
 from motes.video.times import AHEAD, timed
 
 SCHEMES = ("http", "https", "rtsp", "rtsps")
@@ -39,46 +39,6 @@ LEAST_RATE = 1e-5
 """Least number of frames per second that may be given: a picture a day; the inverse is the most."""
 
 _URL = re.compile(r"([a-z][a-z0-9+.-]+)://", re.IGNORECASE)
-
-
-class Reader(Protocol):
-    """The pictures of one kind of source; all other steps are the same for all kinds."""
-
-    @property
-    def fps(self) -> float | None:
-        """Nominal frames per second, None if unknown."""
-        ...
-
-    @property
-    def duration(self) -> float | None:
-        """Length in seconds, None if unknown."""
-        ...
-
-    @property
-    def count(self) -> int | None:
-        """Estimated number of pictures, None if unknown."""
-        ...
-
-    @property
-    def live(self) -> bool:
-        """Whether pictures arrive in real time, without an end."""
-        ...
-
-    @property
-    def realtime(self) -> bool:
-        """Whether pictures come at the pace of the scene."""
-        ...
-
-    @property
-    def files(self) -> Sequence[str]:
-        """The paths of the pictures in the folder of all of them; none of a video."""
-        ...
-
-    def pictures(self, report: Report) -> Generator[Stamped, None, None]:
-        """Yield the pictures in order; the pixels are converted only where they are used."""
-
-    def close(self) -> None:
-        """Close the file, camera or connection."""
 
 
 class Source:
@@ -215,8 +175,7 @@ class Source:
 
         Any thread may call this.
         """
-        if isinstance(self._reader, Persistent | Decoder):
-            self._reader.stop()
+        self._reader.stop()
 
 
 def open_source(

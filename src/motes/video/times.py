@@ -9,8 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from motes.core.errors import SourceError
 from motes.core.frame import FRAME_INTERVAL
-from motes.video.decoder import Load, Stamped
-from motes.video.report import Report
+from motes.video.report import Load, Report, Stamped
 
 AHEAD = 8
 """Pictures of a recording whose stamps are known before one is judged; up to half as many wrong
