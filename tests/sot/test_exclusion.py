@@ -13,8 +13,7 @@ from motes import Tracker, Trackers
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse, iou
 from motes.core.track import Status, Track
-from motes.sot.discriminative.exclusion import Claim, Taken, excluded
-from motes.sot.discriminative.standing import Standing
+from motes.sot.discriminative.standing import Claim, Standing, Taken, excluded
 from motes.sot.discriminative.state import DiscriminativeState
 from motes.sot.discriminative.tracker import Discriminative
 

@@ -17,6 +17,7 @@ from motes.core.config import Config, Particles, check_extra_names
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
+from motes.core.saved_state import in_types_of, middle_of
 from motes.core.track import TRACKING, Status, Track
 from motes.core.types import Floats
 from motes.cues.base import CUES, AdaptableCue, Cue
@@ -34,6 +35,7 @@ from motes.sot.filtering.model_update import (
     ExponentialForgetting,
     PerCue,
     Strategy,
+    UpdaterState,
     any_changes,
     update_models,
 )
@@ -46,7 +48,7 @@ from motes.sot.filtering.resampling import (
     Weights,
     mean_ellipse,
 )
-from motes.sot.particle_state import FilterState, Model, typed_state
+from motes.sot.particle_state import FilterState, Model
 from motes.sot.places import scatter
 from motes.sot.step_info import StepInfo
 
@@ -274,8 +276,18 @@ class ParticleFilter(
         return self._judge(state, frame, seen)
 
     def typed(self, state: FilterState, frame: Frame) -> FilterState:
-        """Return a saved state with the models of the cues in their types."""
-        return typed_state(state, frame, self.cues, self.strategies)
+        """Return a saved state with models and memories in their types, which the cues know."""
+        middle = middle_of(frame, *state.reference_size[2:4])
+        models = {name: cue.learn(frame, middle) for name, cue in self.cues.items()}
+        memories = dict[str, UpdaterState]()
+        for name in filter(self.strategies.get, state.memories):
+            flat = np.full_like(models[name].histogram, 1 / len(models[name].histogram))
+            memory = self.strategies[name].learn(None, flat, flat, flat).memory
+            if memory is not None:
+                memories[name] = memory
+        models = in_types_of(models, state.models, "state.models")
+        memories = in_types_of(memories, state.memories, "state.memories")
+        return replace(state, models=models, memories=memories)
 
     @property
     def _first_count(self) -> int:

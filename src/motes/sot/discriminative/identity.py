@@ -26,6 +26,7 @@ from motes.cues.color import Color
 from motes.cues.sampling import Lattice
 from motes.cues.search_window import CELL_SIZE, SampleGrid
 from motes.sot.discriminative.expert import probability
+from motes.sot.discriminative.standing import BESIDE
 
 GAIN = 16.0
 """Log odds for a lead of 1. In crowds it is 0.12 on the mean, and -0.13 on somebody else."""
@@ -40,8 +41,6 @@ by more looks, one is nearer by chance."""
 ALONE = 4.0
 """A neighbor moves where the change of the picture is this many times its median around the target.
 Before a moving camera all of it changes, and the median with it."""
-BESIDE = 0.2
-"""Overlap with the target's box below which it is something else that moves there."""
 INNER = 0.6
 """Share of the width in which colors are read; beside it there is much background."""
 COLOR = Color(kernel="epanechnikov", sampling=Lattice(points=256))

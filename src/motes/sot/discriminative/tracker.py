@@ -29,9 +29,8 @@ from motes.cues.search_window import CELL_SIZE
 from motes.sot.algorithm import Algorithm
 from motes.sot.discriminative import prediction
 from motes.sot.discriminative.config import DiscriminativeConfig
-from motes.sot.discriminative.exclusion import Claim, Taken, excluded
 from motes.sot.discriminative.expert import probability
-from motes.sot.discriminative.identity import BESIDE, GAIN, Identity
+from motes.sot.discriminative.identity import GAIN, Identity
 from motes.sot.discriminative.localization import WindowEstimate
 from motes.sot.discriminative.network_track import AGREES, NetworkTrack
 from motes.sot.discriminative.placing import NO_PARTICLES, evidence_at, find, search, turned
@@ -45,7 +44,15 @@ from motes.sot.discriminative.report import (
     reported_size,
 )
 from motes.sot.discriminative.size import Trend, TurnEstimate, estimated
-from motes.sot.discriminative.standing import DECIDED, Rival, Standing
+from motes.sot.discriminative.standing import (
+    BESIDE,
+    DECIDED,
+    Claim,
+    Rival,
+    Standing,
+    Taken,
+    excluded,
+)
 from motes.sot.discriminative.state import DiscriminativeState
 from motes.sot.step_info import StepInfo
 
@@ -168,7 +175,7 @@ class Discriminative(
         after: Sequence[DiscriminativeState],
         upon: Set[tuple[int, int]] = frozenset(),
     ) -> dict[int, DiscriminativeState]:
-        """Return the states of the targets that are where another one is; see `exclusion.py`."""
+        """Return the states of the targets that are where another one is; see `standing.py`."""
         claims = {}
         for index, (last, state) in enumerate(zip(before, after, strict=True)):
             if state.standing.confirmed:
