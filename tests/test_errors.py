@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from motes.cli import main
-from motes.cli.messages import log
+from motes.cli.streams import log
 from motes.core.errors import LONGEST, ConfigError, MotesError, clear
 
 

@@ -15,8 +15,8 @@ from .input_checks import check_not_source as check_not_source
 from .input_checks import default_output as default_output
 from .input_checks import numbers_of as numbers_of
 from .input_checks import prepared_folder as prepared_folder
-from .messages import log as log
 from .option_groups import FileName as FileName
 from .option_groups import OwnCode as OwnCode
 from .option_groups import Whole as Whole
 from .option_groups import options as options
+from .streams import log as log

@@ -18,7 +18,6 @@ from motes.cli.input_checks import (
     point_out_leftovers,
     point_out_unfinished,
 )
-from motes.cli.messages import log
 from motes.cli.option_groups import (
     FLAG,
     OUTPUT,
@@ -30,6 +29,7 @@ from motes.cli.option_groups import (
     WithGuesses,
     say_rate,
 )
+from motes.cli.streams import log
 from motes.cli.track_units import UnitOptions, check_size
 from motes.core.errors import ConfigError, SourceError, counted
 from motes.core.files import writing

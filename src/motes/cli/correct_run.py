@@ -8,7 +8,7 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from motes.cli.frame_loop import FrameProgress
-from motes.cli.messages import log
+from motes.cli.streams import log
 from motes.core.errors import MotesError
 from motes.core.interrupts import deferred
 from motes.core.track import Track

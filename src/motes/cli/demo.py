@@ -24,8 +24,8 @@ from cyclopts import Parameter
 
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_counts, prepared_folder
-from motes.cli.messages import log
 from motes.cli.option_groups import OUTPUT, RUN, Overwrite, Whole
+from motes.cli.streams import log
 from motes.core import interrupts
 from motes.core.errors import ConfigError, FormatError
 from motes.core.frame import FRAME_INTERVAL, Frame

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol, Self
 
 from motes.cli.exit_codes import DONE, NOT_FOUND
-from motes.cli.messages import log
+from motes.cli.streams import log
 from motes.core import interrupts
 from motes.core.errors import AwayError, MotesError, counted
 from motes.core.frame import Frame

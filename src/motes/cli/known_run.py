@@ -10,7 +10,6 @@ from cyclopts import Parameter
 
 from motes.cli.input_checks import check_order, error_context, refuse
 from motes.cli.load_config import tracker_config
-from motes.cli.messages import log
 from motes.cli.option_groups import (
     CONFIGURATION,
     PRESETS,
@@ -22,6 +21,7 @@ from motes.cli.option_groups import (
     options,
     say_rate,
 )
+from motes.cli.streams import log
 from motes.core.errors import ConfigError
 from motes.correction.history import History
 from motes.correction.rows import KnownRows

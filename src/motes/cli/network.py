@@ -8,8 +8,8 @@ from typing import Annotated
 from cyclopts import App
 
 from motes.cli.exit_codes import DONE
-from motes.cli.messages import log
 from motes.cli.option_groups import FLAG
+from motes.cli.streams import log
 from motes.core.errors import ConfigError
 from motes.sot.network.published import (
     PUBLISHED,

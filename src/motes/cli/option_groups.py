@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, TypeVar, d
 
 from cyclopts import Group, Parameter, Token
 
-from motes.cli.messages import log
+from motes.cli.streams import log
 from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:

@@ -13,8 +13,8 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from motes.cli.frame_loop import Moment, Sink
-from motes.cli.messages import log
 from motes.cli.option_groups import OutputOptions
+from motes.cli.streams import log
 from motes.core import interrupts
 from motes.core.errors import ConfigError, FormatError, InputError, SourceError, counted
 from motes.correction.history import History

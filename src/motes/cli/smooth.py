@@ -11,8 +11,8 @@ from cyclopts import App, Parameter
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_not_source, point_out_unfinished
 from motes.cli.known_run import units_of
-from motes.cli.messages import log
 from motes.cli.option_groups import HYPHEN, OUTPUT, FileName, Identity, Overwrite
+from motes.cli.streams import log
 from motes.core.errors import counted
 from motes.core.track import GROUND
 from motes.correction.correct import smooth as smoothed

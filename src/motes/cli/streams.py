@@ -10,10 +10,15 @@ import sys
 from collections.abc import Iterator
 from typing import Any
 
-from motes.core.errors import FormatError
+from motes.core.errors import FormatError, clear
 
 NARROWEST, WIDEST = 20, 1000
 """Columns. In fewer, libraries wrap without end; in more, padding takes all memory."""
+
+
+def log(message: str) -> None:
+    """Print a message to the user, a line on standard error."""
+    print(f"motes: {clear(message)}", file=sys.stderr)
 
 
 @contextlib.contextmanager

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 
 from motes.cli.input_checks import REGION, error_context, numbers_of, point_out_corners
-from motes.cli.messages import log
 from motes.cli.option_groups import (
     FLAG,
     HYPHEN,
@@ -23,6 +22,7 @@ from motes.cli.option_groups import (
     OutputOptions,
     options,
 )
+from motes.cli.streams import log
 from motes.core.errors import ConfigError, InputError, MotesError
 
 if TYPE_CHECKING:

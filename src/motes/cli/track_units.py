@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from cyclopts import Group
 
-from motes.cli.messages import log
 from motes.cli.option_groups import options
+from motes.cli.streams import log
 from motes.core.errors import ConfigError, counted
 
 if TYPE_CHECKING:

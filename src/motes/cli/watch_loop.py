@@ -8,7 +8,7 @@ from collections.abc import Generator, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 from motes.cli.frame_loop import Moment, Sink, Tally, run
-from motes.cli.messages import log
+from motes.cli.streams import log
 from motes.core.errors import MotesError, counted
 from motes.core.frame import Frame
 from motes.core.track import Track
