@@ -49,7 +49,15 @@ def config(
     if preset is None and not watch:
         print("\n".join(_presets()))
         return DONE
-    title, listed = _scene_keys(preset) if watch else _preset_keys(preset or "")
+    from motes.mot.pipeline_config import WatchConfig
+    from motes.sot import presets
+
+    name = preset or "nummiaro:adaptive"
+    chosen = WatchConfig.of(name) if watch else presets.preset(name)
+    title = f"motes watch with the preset {name}."
+    if not watch:
+        title = f"Preset {name}. {presets.DESCRIPTIONS[name]}"
+    listed = keys(type(chosen), chosen)
     example = next(each for each in _entries(listed) if each.value is not None)
     command = "watch" if watch else "track"
     use = USE.format(example=f"{example.path}={example.value}", command=command)
@@ -76,22 +84,6 @@ def _presets() -> Iterator[str]:
         yield from _wrapped(text, "    " if narrow else name.ljust(width))
     yield ""
     yield from _wrapped(LIST_END)
-
-
-def _preset_keys(name: str) -> tuple[str, tuple[Key, ...]]:
-    """Return the title and the keys of a preset; raise a ConfigError for an unknown one."""
-    from motes.sot.presets import DESCRIPTIONS, preset
-
-    config = preset(name)
-    return f"Preset {name}. {DESCRIPTIONS[name]}", keys(type(config), config)
-
-
-def _scene_keys(name: str | None) -> tuple[str, tuple[Key, ...]]:
-    """Return the title and the keys of `motes watch` with a preset; raise a ConfigError."""
-    from motes.mot.pipeline_config import WatchConfig
-
-    name = name or "nummiaro:adaptive"
-    return f"motes watch with the preset {name}.", keys(WatchConfig, WatchConfig.of(name))
 
 
 def _sections(listed: Sequence[Key], only: str | None) -> Iterator[str]:
