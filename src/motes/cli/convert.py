@@ -115,6 +115,7 @@ def convert(
     from motes.formats import mot, registry
     from motes.formats.aspects import CLASSES, TIMES, aspects
     from motes.formats.recording import LABEL
+    from motes.video.image_files import IMAGE_ENDINGS
 
     if list_:
         print("\n".join(_table()))
@@ -176,7 +177,8 @@ def convert(
         )
     say_how_to_train(target, form, recorded)
     film = "" if known is None or facts.files else known.film
-    if form in ("coco", "yolo") and film and recorded.frames and _of_images(film):
+    of_images = Path(film).suffix.lower() in {"", *IMAGE_ENDINGS}
+    if form in ("coco", "yolo") and film and recorded.frames and of_images:
         first = f"frame_{recorded.frames[0].frame:06d}.png"
         log(
             f"the images of {film} are called {first} and so on in {target}; give --video "
@@ -189,13 +191,6 @@ def convert(
         named = ", ".join(map(repr, others[:SAID]))
         log(f"{form} has no class {named}{more}; it writes -1.")
     return DONE
-
-
-def _of_images(film: str) -> bool:
-    """Return whether a film is a folder or a pattern of images, by its name."""
-    from motes.video.image_files import IMAGE_ENDINGS
-
-    return Path(film).suffix.lower() in {"", *IMAGE_ENDINGS}
 
 
 def _table() -> list[str]:

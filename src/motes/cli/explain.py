@@ -29,6 +29,8 @@ CODES: dict[type[MotesError], int] = {
     MotesError: USAGE,
 }  # fmt: skip
 """The exit codes of errors; the first class that fits counts."""
+LACKS = "can't start new thread", "failed to map segment", "cannot allocate memory"
+"""Signs in an error that a thread, a library or the system is out of memory."""
 
 
 def explain(error: Exception, program: str) -> tuple[str, int]:
@@ -38,7 +40,8 @@ def explain(error: Exception, program: str) -> tuple[str, int]:
             return str(error), code
     if isinstance(error, CycloptsError):
         return _wrong_option(error, program), USAGE
-    if isinstance(error, MemoryError) or _lacks_memory(error):
+    no_memory = isinstance(error, MemoryError) or getattr(error, "errno", None) == errno.ENOMEM
+    if no_memory or any(sign in str(error) for sign in LACKS):
         return NO_MEMORY, USAGE
     if isinstance(error, OSError) and error.errno in (errno.EMFILE, errno.ENFILE):
         return "No more files can be opened; raise the limit (ulimit -n), or ask for less.", USAGE
@@ -50,13 +53,6 @@ def explain(error: Exception, program: str) -> tuple[str, int]:
         f"MOTES_DEBUG=1 shows in addition.",
         FAULT,
     )
-
-
-def _lacks_memory(error: Exception) -> bool:
-    """Return whether an error means that a thread, a library or the system is out of memory."""
-    signs = ("can't start new thread", "failed to map segment", "cannot allocate memory")
-    text = str(error)
-    return getattr(error, "errno", None) == errno.ENOMEM or any(sign in text for sign in signs)
 
 
 def _wrong_option(error: CycloptsError, program: str) -> str:

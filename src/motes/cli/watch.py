@@ -29,7 +29,6 @@ from motes.core.track import GROUND
 if TYPE_CHECKING:
     from motes.cli.frame_loop import Sink
     from motes.core.detection import Detector, DetectorConfig
-    from motes.mot.analytics.regions import Regions
     from motes.mot.pipeline_config import WatchConfig
 
 app = App(
@@ -105,6 +104,7 @@ def watch(
 
     from motes.cli.annotated_video import painted_scene
     from motes.cli.outputs import Events
+    from motes.cli.pictures import Heatmap, Paths, Slits
     from motes.cli.request import Request
     from motes.cli.watch_loop import watch_scene
     from motes.mot.analytics.events import EventCounter
@@ -135,7 +135,13 @@ def watch(
             point_out_corners(region, film.width, film.height)
         opened = asked.pictures(film, painted_scene(where))
         opened += [Events(name, outputs.overwrite) for name in events]
-        opened += [*sending, *_drawn_events(outputs, where)]
+        opened += sending
+        if outputs.slit is not None:
+            opened.append(Slits(outputs.slit, where, overwrite=outputs.overwrite))
+        if outputs.heatmap is not None:
+            opened.append(Heatmap(outputs.heatmap, overwrite=outputs.overwrite))
+        if outputs.paths is not None:
+            opened.append(Paths(outputs.paths, overwrite=outputs.overwrite))
         opened += asked.remembered_rows(film, () if asked.units is None else GROUND)
         return watch_scene(film, scene, counter, opened, asked.units, turns=counting.turns)
 
@@ -174,21 +180,6 @@ def _detector(objects: ObjectOptions, config: WatchConfig, end: int | None) -> D
     check_classes(detector, config.detector, config.detections.classes)
     check_least(config.detector, config.detections.least)
     return detector
-
-
-def _drawn_events(outputs: WatchOutputs, where: Regions) -> list[Sink]:
-    """Return the pictures that are made at the end: slit scans, a heatmap and paths."""
-    from motes.cli.pictures import Heatmap, Paths, Slits
-
-    opened: list[Sink] = []
-    overwrite = outputs.overwrite
-    if outputs.slit is not None:
-        opened.append(Slits(outputs.slit, where, overwrite=overwrite))
-    if outputs.heatmap is not None:
-        opened.append(Heatmap(outputs.heatmap, overwrite=overwrite))
-    if outputs.paths is not None:
-        opened.append(Paths(outputs.paths, overwrite=overwrite))
-    return opened
 
 
 def check_classes(detector: Detector, kind: DetectorConfig, wanted: Sequence[str]) -> None:

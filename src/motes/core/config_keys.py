@@ -91,7 +91,10 @@ def keys(
     found: dict[str, Key] = {}
     for part in alternatives(kind):
         for field in fields(part):
-            given = _default(field) if value is None else _given(value, field.name)
+            usual = field.default
+            if field.default_factory is not NODEFAULT:
+                usual = field.default_factory()
+            given = usual if value is None else _given(value, field.name)
             name = f"{path}.{field.name}" if path else field.name
             meaning = meanings(part).get(field.name, "")
             found.setdefault(name, _key(field.type, given, name, meaning, within | {part}))
@@ -193,11 +196,6 @@ def _key(kind: Any, value: Any, path: str, meaning: str, within: frozenset[type]
         tag = each.__struct_config__.tag if len(classes) > 1 else None
         choices.append(KeyChoice(None if tag is None else str(tag), summary(each), inside, chosen))
     return Key(path, "", None, required, meaning, tuple(choices))
-
-
-def _default(field: msgspec.structs.FieldInfo) -> Any:
-    """Return the default of a field; NODEFAULT where there is none."""
-    return field.default if field.default_factory is NODEFAULT else field.default_factory()
 
 
 def summary(kind: type) -> str:

@@ -135,7 +135,11 @@ class History(msgspec.Struct, frozen=True, kw_only=True):
             for each in (history, *history.objects.values()):
                 if each.form != FORMAT:
                     raise InputError(f"{path} is of another version of motes; make the rows anew.")
-                each.check_frames()
+                end = each.end if each.end is not None else each.frames
+                stop = each.frames if each.frames is not None else end
+                if each.start < 0 or (end is not None and not each.start < end <= (stop or 0)):
+                    last = "" if end is None else f" to {end - 1}"
+                    raise ConfigError(f"the frames {each.start}{last} are none")
                 checked_seed(each.seed)
                 check_rate(each.fps)
                 each.keys  # noqa: B018
@@ -163,14 +167,6 @@ class History(msgspec.Struct, frozen=True, kw_only=True):
         return (
             msgspec.json.format(msgspec.json.encode(replace(self, lines=lines)), indent=1) + b"\n"
         )
-
-    def check_frames(self) -> None:
-        """Raise a ConfigError if the frames that are used are none."""
-        end = self.end if self.end is not None else self.frames
-        stop = self.frames if self.frames is not None else end
-        if self.start < 0 or (end is not None and not self.start < end <= (stop or 0)):
-            last = "" if end is None else f" to {end - 1}"
-            raise ConfigError(f"the frames {self.start}{last} are none")
 
     def check_tracker(self, path: Path) -> None:
         """Raise an InputError if the tracker has keys of an earlier version.

@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 
 from motes.core.errors import FormatError
-from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.correction.keyframes import read_keyframes
 from motes.formats.recording import FilmFacts, Recording, placed, sound
@@ -45,14 +44,17 @@ def write(recorded: Recording, keyframe_error: float = KEYFRAME_ERROR) -> Iterat
         if after is not None and (after in here) == (frame in here):
             continue
         if frame not in here:
-            yield _absent(stretch[0], frame)
+            frames = f"{stretch[0]}:{frame}" if frame > stretch[0] else f"{frame}"
+            yield f"{frames},absent\n".encode()
         else:
             ellipses = np.array([here[each].ellipse for each in stretch])
             nothing = np.zeros(len(stretch), bool)
             keys = keyframes(np.array(stretch), ellipses, nothing, keyframe_error).tolist()
             for each, key in zip(stretch, keys, strict=True):
                 if here[each].keyframe if own else key:
-                    yield _present(each, here[each].ellipse, turned)
+                    region = here[each].ellipse if turned else here[each].ellipse.box
+                    fields = [str(each), *(f"{value:.7g}" for value in region)]
+                    yield (",".join(fields) + "\n").encode()
         stretch = []
 
 
@@ -71,12 +73,3 @@ def read(path: Path, facts: FilmFacts) -> Recording:
             if region is not None:
                 objects.append(sound(placed(frame, region)))
     return replace(Recording.of(facts, objects, dict.fromkeys(marks)), listed=True)
-
-
-def _absent(first: int, last: int) -> bytes:
-    return f"{first}:{last},absent\n".encode() if last > first else f"{first},absent\n".encode()
-
-
-def _present(frame: int, ellipse: Ellipse, turned: bool) -> bytes:
-    region = ellipse if turned else ellipse.box
-    return (",".join([str(frame), *(f"{value:.7g}" for value in region)]) + "\n").encode()

@@ -33,18 +33,15 @@ def write(recorded: Recording) -> Iterator[bytes]:
     pyarrow = _pyarrow()
     names, rows = table_of(recorded)
     columns = list(zip(*rows, strict=True)) or [()] * len(names)
-    kinds = {int: pyarrow.int64(), float: pyarrow.float64(), str: pyarrow.string()}
+    kinds = dict.fromkeys((*WHOLE, "occluded_by"), pyarrow.int64())
+    kinds |= dict.fromkeys(TEXT, pyarrow.string())
     arrays = [
-        pyarrow.array(values, kinds[_kind(name)], from_pandas=True)  # NaN is null
+        pyarrow.array(values, kinds.get(name, pyarrow.float64()), from_pandas=True)  # NaN is null
         for name, values in zip(names, columns, strict=True)
     ]
     sink = pyarrow.BufferOutputStream()
     pyarrow.parquet.write_table(pyarrow.table(dict(zip(names, arrays, strict=True))), sink)
     yield sink.getvalue().to_pybytes()
-
-
-def _kind(name: str) -> type:
-    return int if name in (*WHOLE, "occluded_by") else str if name in TEXT else float
 
 
 def read(path: Path, facts: FilmFacts) -> Recording:

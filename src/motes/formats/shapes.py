@@ -10,9 +10,6 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from motes.core.geometry import Box, Ellipse, area, clipped
 from motes.core.track import Track
 from motes.formats.recording import Recording
@@ -58,14 +55,12 @@ def visible_box(each: Track, head: Header) -> Corners | None:
     cut = Corners(left, top, right, bottom)
     if left >= right or top >= bottom:
         return None
-    # If only a corner of the box is inside the frame, the ellipse may still be outside.
-    return cut if cut == whole or area(visible_outline(each, head)) >= MIN_AREA else None
-
-
-def visible_outline(each: Track, head: Header) -> NDArray[np.float64]:
-    """Return the corners (n, 2) of the part of an object's ellipse inside the frame."""
-    # The first pixel's center is at 0 in an ellipse, and at 0.5 in coordinates of its corners.
-    return clipped(each.ellipse.polygon() + 0.5, head.width, head.height)
+    if cut == whole:
+        return cut
+    # If only a corner of the box is inside the frame, the ellipse may still be outside. The first
+    # pixel's center is at 0 in an ellipse, and at 0.5 in coordinates of its corners.
+    inside = clipped(each.ellipse.polygon() + 0.5, head.width, head.height)
+    return cut if area(inside) >= MIN_AREA else None
 
 
 def classes_of(recorded: Recording) -> dict[int, str]:

@@ -74,13 +74,9 @@ def write(
         yield f"{LABELS}/{stem_of(row)}.txt", "".join(lines).encode()
     images = "".join(f"./images/{Path(image_of(row)).name}\n" for row in recorded)
     yield IMAGES, images.encode()
-    names = "".join(f"  {number}: {_quoted(name)}\n" for name, number in numbers.items())
+    quoted = {name.replace("'", "''"): number for name, number in numbers.items()}
+    names = "".join(f"  {number}: '{name}'\n" for name, number in quoted.items())
     yield NAMES, f"{HEAD}nc: {len(numbers)}\nnames:\n{names}".encode()
-
-
-def _quoted(name: str) -> str:
-    """Return a text in YAML."""
-    return "'" + name.replace("'", "''") + "'"
 
 
 def read(path: Path, facts: FilmFacts) -> Recording:
