@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from motes.core.median import median
+from motes.core.types import median
 
 
 @pytest.mark.parametrize("shape", [(1,), (2,), (7,), (5, 4), (54, 96)])

@@ -1,4 +1,4 @@
-"""Names for the arrays that pass between functions; docstrings give their shapes."""
+"""Names for the arrays that pass between functions, whose docstrings give shapes; their median."""
 
 from __future__ import annotations
 
@@ -20,3 +20,14 @@ Bytes: TypeAlias = NDArray[np.uint8]
 """Pixels, masks, and numbers of bins."""
 Flags: TypeAlias = NDArray[np.bool_]
 """Whether something holds, for each frame, ellipse or pixel."""
+
+
+def median(values: NDArray[np.floating[Any]]) -> float:
+    """Return the middle one of all values, or the mean of the two in the middle.
+
+    There is one value at least, and none is NaN. numpy's own loads masked arrays with the first
+    call.
+    """
+    low, high = (values.size - 1) // 2, values.size // 2
+    ordered = np.partition(values, (low, high), axis=None)
+    return float(ordered[low] + ordered[high]) / 2

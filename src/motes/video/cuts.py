@@ -16,8 +16,7 @@ import numpy as np
 
 from motes import kernels
 from motes.core.frame import Frame
-from motes.core.median import median
-from motes.core.types import Floats
+from motes.core.types import Floats, median
 
 Change: TypeAlias = Literal["cut", "light"]
 

@@ -20,8 +20,7 @@ from msgspec.structs import replace
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.median import median
-from motes.core.types import Floats, Singles
+from motes.core.types import Floats, Singles, median
 from motes.cues.color import Color
 from motes.cues.sampling import Lattice
 from motes.cues.search_window import CELL_SIZE, SampleGrid
