@@ -48,13 +48,7 @@ class AnnotatedVideo(Sink):
     """
 
     def __init__(
-        self,
-        path: Path,
-        source: Source | Film,
-        stride: int,
-        painted: Paint,
-        *,
-        overwrite: bool,
+        self, path: Path, source: Source | Film, stride: int, painted: Paint, *, overwrite: bool
     ) -> None:
         check_writable(path, overwrite)
         self._painted = painted

@@ -104,13 +104,7 @@ def convert(
     identity
         Take only the object with this identity.
     """
-    from motes.cli.outputs import (
-        check_place,
-        format_of,
-        guesses_told,
-        say_how_to_train,
-        unseen,
-    )
+    from motes.cli.outputs import check_place, format_of, guesses_told, say_how_to_train, unseen
     from motes.correction.history import History, check_beside, hand_on
     from motes.formats import mot, registry
     from motes.formats.aspects import CLASSES, TIMES, aspects

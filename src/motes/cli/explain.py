@@ -16,13 +16,7 @@ from cyclopts import (
 )
 
 from motes.cli.exit_codes import AWAY, FAULT, NO_MEMORY, UNREADABLE, UNWRITABLE, USAGE
-from motes.core.errors import (
-    AwayError,
-    FormatError,
-    InputError,
-    MotesError,
-    SourceError,
-)
+from motes.core.errors import AwayError, FormatError, InputError, MotesError, SourceError
 
 CODES: dict[type[MotesError], int] = {
     AwayError: AWAY, SourceError: UNREADABLE, InputError: UNREADABLE, FormatError: UNWRITABLE,

@@ -96,10 +96,7 @@ def film_of_rows(source: str, rows: Path, fps: float | None, known: History | No
 
 
 def corrected_run(
-    source: str,
-    rows: Path,
-    options: TrackerOptions,
-    identity: int | None,
+    source: str, rows: Path, options: TrackerOptions, identity: int | None
 ) -> tuple[KnownRows, Film, History]:
     """Return the rows of one target, their film, and their history with its keyframes.
 

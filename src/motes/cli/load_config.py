@@ -19,10 +19,7 @@ if TYPE_CHECKING:
 
 
 def tracker_config(
-    preset: str,
-    file: Path | None,
-    changes: Sequence[str] = (),
-    network: str | None = None,
+    preset: str, file: Path | None, changes: Sequence[str] = (), network: str | None = None
 ) -> TrackerConfig:
     """Return a preset, changed by the file and the options, in this order.
 
@@ -44,11 +41,7 @@ def tracker_config(
 
 
 def load_watch_config(
-    preset: str,
-    objects: ObjectOptions,
-    values: ConfigOptions,
-    *,
-    own_code: bool = False,
+    preset: str, objects: ObjectOptions, values: ConfigOptions, *, own_code: bool = False
 ) -> WatchConfig:
     """Return the scene of a preset, changed by the file, the options and --set in turn.
 

@@ -10,14 +10,7 @@ from typing import Generic, TypeVar
 from motes.cli.annotated_video import AnnotatedVideo, Paint
 from motes.cli.frame_loop import Sink
 from motes.cli.option_groups import FrameOptions, OutputOptions
-from motes.cli.outputs import (
-    STREAMED,
-    DocumentOutput,
-    MotOutput,
-    Remembered,
-    RowsOutput,
-    format_of,
-)
+from motes.cli.outputs import STREAMED, DocumentOutput, MotOutput, Remembered, RowsOutput, format_of
 from motes.core.config import Config
 from motes.core.files import is_special, leftovers
 from motes.correction.history import History

@@ -44,13 +44,7 @@ def track(
     frames: FrameOptions = FrameOptions(),
     units: UnitOptions = UnitOptions(),
     outputs: TrackOutputs = TrackOutputs(),
-    preset: Annotated[
-        PresetName,
-        Parameter(
-            group=CONFIGURATION,
-            help=PRESETS,
-        ),
-    ] = "default",
+    preset: Annotated[PresetName, Parameter(group=CONFIGURATION, help=PRESETS)] = "default",
     values: ConfigOptions = ConfigOptions(),
     network_files: Annotated[
         FileName | None, Parameter(name="--network", group=CONFIGURATION)

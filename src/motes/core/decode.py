@@ -35,11 +35,7 @@ class MisfitError(ConfigError):
     """
 
     def __init__(
-        self,
-        reason: str,
-        place: Place = (),
-        unknown: str | None = None,
-        known: Sequence[str] = (),
+        self, reason: str, place: Place = (), unknown: str | None = None, known: Sequence[str] = ()
     ) -> None:
         where = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in place)
         self.reason, self.place, self.unknown, self.known = reason, place, unknown, known

@@ -41,10 +41,7 @@ class Doubt(NamedTuple):
 
 
 def doubts(
-    tracks: Sequence[Track],
-    keyframes: Iterable[int],
-    count: int = 20,
-    cuts: Iterable[int] = (),
+    tracks: Sequence[Track], keyframes: Iterable[int], count: int = 20, cuts: Iterable[int] = ()
 ) -> list[Doubt]:
     """Return doubtful frames of a track, each to be corrected after those before it.
 
@@ -116,11 +113,7 @@ def compare(tracks: Sequence[Track], backward: Sequence[Track]) -> list[Track]:
     unlike = forward.where(Status.TRACKING) & ~follows.used[0]
     share = np.where(follows.used[0], follows.probability, 1 - follows.probability)
     return [
-        replace(
-            track,
-            confidence=min(track.confidence, float(share[i])),
-            outlier=bool(unlike[i]),
-        )
+        replace(track, confidence=min(track.confidence, float(share[i])), outlier=bool(unlike[i]))
         for i, track in enumerate(tracks)
     ]
 

@@ -111,12 +111,7 @@ def _frames_of_task(recorded: Recording, end: int) -> str:
 
 
 def _track(
-    recorded: Recording,
-    identity: int,
-    name: str,
-    after: Mapping[int, int],
-    end: int,
-    error: float,
+    recorded: Recording, identity: int, name: str, after: Mapping[int, int], end: int, error: float
 ) -> Iterator[bytes]:
     """Yield the track of an object; `after` has the frame after each one, if it is before `end`."""
     from xml.sax.saxutils import quoteattr

@@ -78,10 +78,7 @@ class Algorithm(Generic[S]):
         return False
 
     def elsewhere(
-        self,
-        before: Sequence[S],
-        after: Sequence[S],
-        upon: Set[tuple[int, int]] = frozenset(),
+        self, before: Sequence[S], after: Sequence[S], upon: Set[tuple[int, int]] = frozenset()
     ) -> dict[int, S]:
         """Return states to step from anew, by index, of targets found where another one is.
 

@@ -53,13 +53,7 @@ from motes.sot.places import scatter
 from motes.sot.step_info import StepInfo
 
 
-class ParticleFilter(
-    Algorithm[FilterState],
-    Config,
-    frozen=True,
-    dict=True,
-    tag="particle_filter",
-):
+class ParticleFilter(Algorithm[FilterState], Config, frozen=True, dict=True, tag="particle_filter"):
     """A tracker with many hypotheses, the particles. It needs at least one cue."""
 
     state_type: ClassVar[type[FilterState]] = FilterState

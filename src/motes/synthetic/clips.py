@@ -21,12 +21,7 @@ from motes.core.errors import ConfigError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse
 from motes.synthetic.beetle import Target, paint, texture_of
-from motes.synthetic.scenery import (
-    SHIFTS,
-    Floats,
-    backdrop,
-    scale_of,
-)
+from motes.synthetic.scenery import SHIFTS, Floats, backdrop, scale_of
 
 
 class Truth(NamedTuple):

@@ -63,13 +63,7 @@ class Source:
     """
 
     def __init__(
-        self,
-        name: str,
-        reader: Reader,
-        start: int,
-        end: int | None,
-        stride: int,
-        fps: float | None,
+        self, name: str, reader: Reader, start: int, end: int | None, stride: int, fps: float | None
     ) -> None:
         self.name, self._rate = name, fps
         self.fps, self.duration, self.live = fps or reader.fps, reader.duration, reader.live

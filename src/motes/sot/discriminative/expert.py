@@ -129,11 +129,7 @@ class Experts:
         }
 
     def look_again(
-        self,
-        models: Mapping[str, Any],
-        frame: Frame,
-        place: Ellipse,
-        sights: Mapping[str, Any],
+        self, models: Mapping[str, Any], frame: Frame, place: Ellipse, sights: Mapping[str, Any]
     ) -> dict[str, Any]:
         """Return sights that can judge a place: those given, or new ones around it."""
         return {

@@ -130,12 +130,7 @@ def turned(
     """Return the estimate, or one of a window turned to either side with more evidence."""
     looks = [
         localize(
-            config,
-            rng,
-            state,
-            frame,
-            look.pose._replace(theta=look.pose.theta + turn),
-            look.sights,
+            config, rng, state, frame, look.pose._replace(theta=look.pose.theta + turn), look.sights
         )
         for turn in (-TURN, TURN)
     ]

@@ -133,12 +133,7 @@ def particles_of(look: WindowEstimate, state: DiscriminativeState, found: Ellips
 
 
 def reported_size(
-    state: DiscriminativeState,
-    found: Ellipse,
-    *,
-    sized: bool,
-    learned: bool,
-    jumped: bool,
+    state: DiscriminativeState, found: Ellipse, *, sized: bool, learned: bool, jumped: bool
 ) -> Trend:
     """Return the size to report: smooth, but for a target that was found elsewhere.
 

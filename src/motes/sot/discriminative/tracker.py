@@ -154,12 +154,7 @@ class Discriminative(
         confidence = probability(look.evidence) * identity.belief
         reported = state.reported.after(confidence - 0.5, jumped=jumped)
         after = replace(
-            after,
-            motion=motion,
-            light=light,
-            experts=experts,
-            identity=identity,
-            reported=reported,
+            after, motion=motion, light=light, experts=experts, identity=identity, reported=reported
         )
         info = report(self, after, frame, look, particles_of(look, state, pose))
         after, info = self._joined(rng, after, frame, info, look.evidence)

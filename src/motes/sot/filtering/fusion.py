@@ -103,10 +103,7 @@ class PrintedMixture(Fusion, Config, frozen=True, tag="printed_mixture"):
 
 
 FUSIONS = Registry[type[Fusion]](
-    "fusion rule",
-    "motes.fusions",
-    Fusion,
-    {"fixed": Fixed, "printed_mixture": PrintedMixture},
+    "fusion rule", "motes.fusions", Fusion, {"fixed": Fixed, "printed_mixture": PrintedMixture}
 )
 
 

@@ -37,11 +37,7 @@ class NetworkFamily:
 
     @abstractmethod
     def look(
-        self,
-        sessions: Sequence[Session],
-        template: Singles,
-        frame: Frame,
-        place: Ellipse,
+        self, sessions: Sequence[Session], template: Singles, frame: Frame, place: Ellipse
     ) -> NetworkView:
         """Return what the network sees around a place."""
 
@@ -50,8 +46,5 @@ FAMILIES = Registry[type[NetworkFamily]](
     "family of networks",
     "motes.networks",
     NetworkFamily,
-    {
-        "siamese": "motes.sot.network.siamese:Siamese",
-        "vit": "motes.sot.network.vit:Vit",
-    },
+    {"siamese": "motes.sot.network.siamese:Siamese", "vit": "motes.sot.network.vit:Vit"},
 )

@@ -51,11 +51,7 @@ class Siamese(NetworkFamily, Config, frozen=True, tag="siamese"):
         return features(sessions[0], frame, region, TEMPLATE)
 
     def look(
-        self,
-        sessions: Sequence[Session],
-        template: Singles,
-        frame: Frame,
-        place: Ellipse,
+        self, sessions: Sequence[Session], template: Singles, frame: Frame, place: Ellipse
     ) -> NetworkView:
         """Return what the network sees around a place; see `NetworkFamily`."""
         side = side_of(place) * SEARCH / TEMPLATE

@@ -55,11 +55,7 @@ class Vit(NetworkFamily, Config, frozen=True, tag="vit"):
         return _pixels(frame, _region(ellipse, TEMPLATE_SIDES), TEMPLATE)
 
     def look(
-        self,
-        sessions: Sequence[Session],
-        template: Singles,
-        frame: Frame,
-        place: Ellipse,
+        self, sessions: Sequence[Session], template: Singles, frame: Frame, place: Ellipse
     ) -> NetworkView:
         """Return what the network sees around a place; see `NetworkFamily`."""
         region = _region(place, SEARCH_SIDES)
