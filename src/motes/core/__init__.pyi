@@ -6,9 +6,7 @@ from .addresses import parts_of as parts_of
 from .addresses import without_password as without_password
 from .callables import explain as explain
 from .callables import import_callable as import_callable
-from .config import NonNegative as NonNegative
 from .config import from_toml as from_toml
-from .detection import PreparedDetector as PreparedDetector
 from .errors import counted as counted
 from .extras import optional as optional
 from .files import PARTIAL as PARTIAL

@@ -9,7 +9,7 @@ import numpy as np
 from msgspec import Meta
 
 from motes import Box, Config, Detection, DetectorConfig, Ellipse, Frame
-from motes.core import FRAME_INTERVAL, Floats, NonNegative
+from motes.core import FRAME_INTERVAL, Floats
 from motes.filtering import Motion
 
 
@@ -18,7 +18,7 @@ class Drift(Motion, Config, frozen=True, tag="drift"):
 
     flow: float = 0.0
     """Motion to the right in 1/25 s, in pixels. With a larger value the target drifts faster."""
-    noise: NonNegative = 0.3
+    noise: float = 0.3
     """Standard deviation of x and y after 1/25 s, as a share of the first region's mean half-axis.
     With a larger value the target drifts less straight."""
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from motes import Config, Ellipse, Track
-from motes.core import Floats, NonNegative
+from motes.core import Floats
 from motes.filtering import Fusion, Weights
 from motes.formats import FilmFacts, Format, Recording
 
@@ -15,7 +15,7 @@ from motes.formats import FilmFacts, Format, Recording
 class Least(Fusion, Config, frozen=True, tag="least"):
     """A particle is as good as the cue says that likes it least."""
 
-    power: NonNegative = 1.0
+    power: float = 1.0
     """Power of that cue's likelihood. With a larger value, fewer particles share the weight."""
 
     def fuse(

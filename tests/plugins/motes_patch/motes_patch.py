@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 
 from motes import Config, Ellipse, Frame
-from motes.core import Floats, NonNegative
+from motes.core import Floats
 from motes.filtering import Expert
 
 
@@ -28,7 +28,7 @@ class Sight(NamedTuple):
 class Patch(Expert, Config, frozen=True):
     """Correlation of a place's gray values with those of the first region."""
 
-    weight: NonNegative = 2.0
+    weight: float = 2.0
     """Log odds for a place that looks the same."""
 
     def learn(self, frame: Frame, box: Ellipse) -> Values:

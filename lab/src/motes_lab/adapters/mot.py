@@ -29,7 +29,7 @@ from motes import (
     Status,
     open_source,
 )
-from motes.core import PreparedDetector, as_ellipse, import_callable
+from motes.core import as_ellipse, import_callable
 from motes.mot import named_detector
 from motes_lab.adapters.sot import LARGEST
 from motes_lab.datasets.mot_rows import read_rows
@@ -63,7 +63,7 @@ class SequenceInfo(NamedTuple):
     height: int
     """Size of a frame, in pixels."""
     source: str | Path | None = None
-    """The frames, for a detector that sees the film's begin before (`PreparedDetector`)."""
+    """The frames, for a detector that sees the film's begin before (`prepare`)."""
 
 
 class FoundObject(NamedTuple):
@@ -282,7 +282,7 @@ class DetectorAdapter(MotTrackerAdapter):
 
     def start(self, info: SequenceInfo) -> None:
         """Start the tracker."""
-        if isinstance(self._detector, PreparedDetector) and info.source is not None:
+        if hasattr(self._detector, "prepare") and info.source is not None:
             with open_source(info.source) as film:
                 self._detector.prepare(
                     Frame(each.index, each.index / info.rate, each.pixels) for each in film
