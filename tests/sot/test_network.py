@@ -189,16 +189,16 @@ def test_the_choice_is_that_of_siamese_trackers(choice: Choice) -> None:
         mixed = (1 - choice.window) * penalty * score + choice.window * window
         ranks.append(penalty * score * window if choice.multiplied else mixed)
         kept.append(penalty)
-    best, row = view.best(), int(np.argmax(ranks))
-    assert best.score == view.scores[row]
+    (box, best), row = view.best(), int(np.argmax(ranks))
+    assert best == view.scores[row]
     x, y, w, h = view.boxes[row]
-    rate = choice.rate * kept[row] * best.score
-    assert best.box.width == pytest.approx(30 + rate * (w - 30))
-    assert best.box.height == pytest.approx(20 + rate * (h - 20))
-    assert best.box.x + best.box.width / 2 == pytest.approx(x + w / 2)
-    assert best.box.y + best.box.height / 2 == pytest.approx(y + h / 2)
-    alone = made_view(Choice(window=0, penalty=0)).best()
-    assert alone.score == view.scores.max()
+    rate = choice.rate * kept[row] * best
+    assert box.width == pytest.approx(30 + rate * (w - 30))
+    assert box.height == pytest.approx(20 + rate * (h - 20))
+    assert box.x + box.width / 2 == pytest.approx(x + w / 2)
+    assert box.y + box.height / 2 == pytest.approx(y + h / 2)
+    _, alone = made_view(Choice(window=0, penalty=0)).best()
+    assert alone == view.scores.max()
 
 
 def test_other_files_are_refused_with_what_is_known(folder: Path, tmp_path: Path) -> None:

@@ -106,17 +106,11 @@ class Segmenter:
     def __init__(self) -> None:
         self._colors: Colors | None = None
 
-    def learn(self, pixels: Bytes, ellipse: Ellipse) -> Window | None:
-        """Learn the colors of a target that is tracked in an ellipse of a picture."""
-        window = window_of(pixels, ellipse)
-        if window is not None:
-            self._colors = updated(self._colors, window)
-        return window
-
     def update(self, pixels: Bytes, ellipse: Ellipse) -> Flags:
         """Learn the colors of a target, and return its mask (H, W)."""
         mask = np.zeros(pixels.shape[:2], np.bool_)
-        window = self.learn(pixels, ellipse)
-        if window is not None and self._colors is not None:
+        window = window_of(pixels, ellipse)
+        if window is not None:
+            self._colors = updated(self._colors, window)
             mask[window.rows, window.columns] = segmented(self._colors, window, ellipse.side)
         return mask

@@ -7,7 +7,6 @@ scores, of the background and of the target, and the distances to the four sides
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from functools import cache
 
@@ -20,12 +19,10 @@ from motes.core.onnx_session import Session, Tensor
 from motes.core.types import Floats, Singles
 from motes.sot.network.family import NetworkFamily
 from motes.sot.network.region import BLACK, Region, mean_color, reaches_outside, read
-from motes.sot.network.view import Choice, NetworkView, hann, view_of
+from motes.sot.network.view import Choice, NetworkView, extent, hann, view_of
 
 TEMPLATE, SEARCH = 127, 255
 STRIDE, CELLS, TEMPLATE_CELLS = 16, 16, 8
-CONTEXT = 0.5
-"""Share of the sum of a target's sides that is added to each of them."""
 
 
 class Siamese(NetworkFamily, Config, frozen=True, tag="siamese"):
@@ -47,14 +44,14 @@ class Siamese(NetworkFamily, Config, frozen=True, tag="siamese"):
 
     def learn(self, sessions: Sequence[Session], frame: Frame, ellipse: Ellipse) -> Singles:
         """Return the features of the template (1, C, 8, 8)."""
-        region = Region.around(ellipse.x, ellipse.y, side_of(ellipse))
+        region = Region.around(ellipse.x, ellipse.y, float(extent(*ellipse.box[2:])))
         return features(sessions[0], frame, region, TEMPLATE)
 
     def look(
         self, sessions: Sequence[Session], template: Singles, frame: Frame, place: Ellipse
     ) -> NetworkView:
         """Return what the network sees around a place; see `NetworkFamily`."""
-        side = side_of(place) * SEARCH / TEMPLATE
+        side = float(extent(*place.box[2:])) * SEARCH / TEMPLATE
         region = Region.around(place.x, place.y, side)
         return look_in(sessions, template, frame, region, place.box[2:])
 
@@ -82,13 +79,6 @@ def _with_sides(inputs: Sequence[Tensor], side: int) -> list[str]:
         for each in inputs
         if len(each.shape) == 4 and each.holds(1, each.shape[1] or 1, side, side)
     ]
-
-
-def side_of(ellipse: Ellipse) -> float:
-    """Return the side of the template's region in pixels: that of the target with its context."""
-    _, _, width, height = ellipse.box
-    around = CONTEXT * (width + height)
-    return math.sqrt((width + around) * (height + around))
 
 
 def features(backbone: Session, frame: Frame, region: Region, size: int) -> Singles:

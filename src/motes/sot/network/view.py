@@ -27,15 +27,6 @@ class Choice(NamedTuple):
     """Share of the box in the new size, where its score is 1."""
 
 
-class Candidate(NamedTuple):
-    """The box that a network's own tracker would choose."""
-
-    box: Box
-    """The center of the chosen box, and a size between the target's and that of the box."""
-    score: float
-    """The score of the chosen box, 0 to 1, without window and penalty."""
-
-
 class NetworkView(msgspec.Struct, frozen=True, eq=False):
     """What a network sees in a region of a frame."""
 
@@ -50,12 +41,13 @@ class NetworkView(msgspec.Struct, frozen=True, eq=False):
     choice: Choice
     """How the network's own tracker chooses."""
 
-    def best(self) -> Candidate:
-        """Return the box that the network's own tracker chooses.
+    def best(self) -> tuple[Box, float]:
+        """Return the box that the network's own tracker chooses, and its score, 0 to 1.
 
-        After Li et al., High performance visual tracking with Siamese region proposal network,
-        CVPR 2018, section 4.4: a window lowers the scores of far boxes, a penalty
-        exp(-(r s - 1) k) those of other proportions and sizes.
+        The box has a size between the target's and that of the one with this score. After Li et
+        al., High performance visual tracking with Siamese region proposal network, CVPR 2018,
+        section 4.4: a window lowers the scores of far boxes, a penalty exp(-(r s - 1) k) those of
+        other proportions and sizes.
         """
         kept, weight = self._kept(), self.choice.window
         if self.choice.multiplied:
@@ -70,13 +62,13 @@ class NetworkView(msgspec.Struct, frozen=True, eq=False):
             own * (1 - rate) + new * rate for own, new in zip(self.size, size, strict=True)
         )
         box = Box(x + (size[0] - width) / 2, y + (size[1] - height) / 2, width, height)
-        return Candidate(box, score)
+        return box, score
 
     def _kept(self) -> Floats:
         """Return what the penalty leaves of each score (K,): 1 for the target's own size."""
         width, height = np.maximum(self.boxes[:, 2:].T, TINY)
         own_width, own_height = self.size
-        scale = _larger(_extent(width, height) / _extent(own_width, own_height))
+        scale = _larger(extent(width, height) / extent(own_width, own_height))
         proportion = _larger(own_width / own_height * height / width)
         kept: Floats = np.exp(-(scale * proportion - 1) * self.choice.penalty)
         return kept
@@ -96,7 +88,7 @@ def view_of(
     return NetworkView(boxes, scores.clip(0, 1), window, size, choice)
 
 
-def _extent(width: Floats | float, height: Floats | float) -> Floats:
+def extent(width: Floats | float, height: Floats | float) -> Floats:
     """Return the side of the square that holds a box with its context (Li et al.)."""
     context = (width + height) / 2
     out: Floats = np.sqrt((width + context) * (height + context))
