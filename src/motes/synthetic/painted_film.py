@@ -10,7 +10,7 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from motes.core.frame import FRAME_INTERVAL, Frame
-from motes.core.geometry import Box, Ellipse
+from motes.core.geometry import Box, Ellipse, intersection
 from motes.core.types import Singles
 from motes.synthetic.clips import Truth
 from motes.synthetic.scenery import SHIFTS, noise, to_bytes
@@ -132,13 +132,11 @@ class PaintedFilm(ABC):
         is in the picture.
         """
         boxes, depths, covers = self.boxes(index), self.depths(index), self.covers(index)
-        width, height = self.size
-        truths = []
+        picture, truths = Box(0, 0, *self.size), []
         for box, depth in zip(boxes, depths, strict=True):
             front = [other for other, d in zip(boxes, depths, strict=True) if d > depth]
-            inside = shared(box, Box(0, 0, width, height))
-            hidden = max((shared(box, other) for other in (*front, *covers)), default=0.0)
-            visible = max(inside - hidden, 0.0) / (box.width * box.height)
+            inside, *others = intersection(np.array([box]), np.array([picture, *front, *covers]))
+            visible = max(inside - max(others, default=0.0), 0.0) / (box.width * box.height)
             truths.append(Truth(Ellipse.from_box(box), float(visible)))
         return tuple(truths)
 
@@ -154,13 +152,6 @@ class PaintedFilm(ABC):
         shape = self.size[1] + SHIFTS, self.size[0] + SHIFTS, 3
         grain: Singles = np.float32(GRAIN) * rng.standard_normal(shape, np.float32)
         return grain
-
-
-def shared(box: Box, other: Box) -> float:
-    """Return the area that two boxes share."""
-    wide = min(box.x + box.width, other.x + other.width) - max(box.x, other.x)
-    high = min(box.y + box.height, other.y + other.height) - max(box.y, other.y)
-    return max(wide, 0.0) * max(high, 0.0)
 
 
 def textured(image: Image.Image, rng: np.random.Generator, strength: float) -> Image.Image:
