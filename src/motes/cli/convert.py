@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections import defaultdict
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -35,9 +36,10 @@ from motes.core.errors import ConfigError, SourceError, counted
 from motes.core.files import writing
 
 if TYPE_CHECKING:
+    from motes.core.track import Track
     from motes.correction.history import History
     from motes.formats.recording import FilmFacts, Recording
-    from motes.mot.analytics.real_units import RealUnits
+    from motes.mot.analytics.real_units import Columns, RealUnits
 
 app = App(name="convert", help_format="plaintext")
 FILM = Group("Film (what the file does not contain)", sort_key=3)
@@ -306,20 +308,41 @@ def _checked(recorded: Recording, rows: Path, facts: FilmFacts, fps: float | Non
 
 
 def _measured(recorded: Recording, plane: RealUnits, form: str) -> Recording:
-    """Return the objects with metres.
+    """Return the objects with places and speeds in metres, in hindsight; old ones go.
 
     Raises a ConfigError if the format holds none, or the lens is that of another film.
     """
+    from motes.core.track import GROUND
     from motes.formats import registry
     from motes.formats.aspects import OTHERS
-    from motes.formats.metres import in_metres
+    from motes.formats.recording import ANONYMOUS
+    from motes.mot.analytics.real_units import motion_in_hindsight
 
     if OTHERS not in registry.FORMATS.resolve(form).holds:
         raise ConfigError(f"{form} holds no metres; write .csv, .jsonl or .parquet.")
     head = recorded.head
     if head.width:
         check_size(plane, head.source, head.width, head.height)
-    return in_metres(recorded, plane)
+    tracks: dict[int, dict[int, Track]] = defaultdict(dict)
+    for row in recorded:
+        for each in row.objects:
+            tracks[each.identity][row.frame] = each
+    places: dict[tuple[int, int], Columns] = {}
+    for identity, seen in tracks.items():
+        span = range(min(seen), max(seen) + 1)
+        found = motion_in_hindsight(plane, map(seen.get, span))
+        places |= {(identity, n): place for n, place in zip(span, found, strict=True)}
+    nowhere = dict.fromkeys(GROUND)
+
+    def placed(each: Track) -> Track:
+        if each.identity == ANONYMOUS:  # several in a frame, and none has a way
+            (place,) = motion_in_hindsight(plane, [each])
+        else:
+            place = places[each.identity, each.frame]
+        return replace(each, further={**each.further, **nowhere, **place})
+
+    frames = [replace(row, objects=tuple(map(placed, row.objects))) for row in recorded]
+    return dataclasses.replace(recorded, frames=frames)
 
 
 def _only(recorded: Recording, identity: int, rows: Path) -> Recording:
