@@ -35,7 +35,7 @@ from waiting import PATIENCE, source
 FRAMES = 40
 CLIP = still((96, 80), target=(30, 40), frames=100)
 BOX = (30.0, 25.0, 30.0, 40.0)
-SLOW = "particles = 100000"
+SLOW = "particles = 400000"
 """A configuration whose run goes on while a test acts, on any computer: 0.1 s or more a frame."""
 ACTIVE = ("waiting", "running")
 
