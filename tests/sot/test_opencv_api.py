@@ -8,11 +8,12 @@ from functools import cache
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from kinds import ALGORITHMS, CONFIGS, KINDS
 from motes import synthetic
 from motes.core.errors import ConfigError, SourceError
-from motes.core.frame import Frame, as_rgb
+from motes.core.frame import Frame, as_rgb, from_bgr
 from motes.core.geometry import Ellipse
 from motes.core.track import Track
 from motes.core.types import Bytes
@@ -41,8 +42,8 @@ def test_the_same_calls_work_for_both() -> None:
     cv2 = pytest.importorskip("cv2")
     for kind in (cv2.TrackerMIL, OpenCVTracker):
         tracker = kind.create()
-        assert tracker.init(shown(0), BOX) is None
-        ok, box = tracker.update(shown(1))
+        assert tracker.init(image=shown(0), boundingBox=BOX) is None
+        ok, box = tracker.update(image=shown(1))
         assert ok is True
         assert all(type(value) is int for value in box)
         assert np.abs(np.array(box) - BOX).max() <= 3
@@ -62,6 +63,7 @@ def test_create_is_the_constructor() -> None:
         (lambda: OpenCVTracker().init(shown(0), (30, 36, 10)), ConfigError, "A box has 4 numbers"),
         (lambda: OpenCVTracker().init(shown(0), None), ConfigError, "got None"),  # type: ignore[arg-type]
         (lambda: OpenCVTracker().init(None, BOX), SourceError, "no picture"),  # type: ignore[arg-type]
+        (lambda: OpenCVTracker().init((True, shown(0)), BOX), SourceError, "got tuple"),  # type: ignore[arg-type]
         (lambda: OpenCVTracker().update(shown(0)), ConfigError, "no target yet"),
         (lambda: OpenCVTracker().track, ConfigError, "no track before init"),
     ],
@@ -69,6 +71,11 @@ def test_create_is_the_constructor() -> None:
 def test_what_is_refused(call: Callable[[], object], error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
         call()
+
+
+def test_an_image_of_pillow_is_rgb() -> None:
+    image = Image.fromarray(shown(0)[:, :, ::-1])
+    np.testing.assert_array_equal(as_rgb(from_bgr(image)), shown(0)[:, :, ::-1])  # type: ignore[arg-type]
 
 
 def test_found_and_confident_is_what_is_tracked() -> None:

@@ -184,9 +184,8 @@ def as_rgb(pixels: NDArray[Any], depth: int | None = None) -> Bytes:
 
 def from_bgr(image: NDArray[Any]) -> NDArray[Any]:
     """Return a BGR image as RGB: a view, which kernels read where the image lies."""
-    pixels = np.asarray(image)
-    colors = pixels.shape[2:] in ((3,), (4,))  # all else is gray, or refused
-    return pixels[:, :, 2::-1] if colors else image  # alpha comes last
+    colors = getattr(image, "shape", ())[2:] in ((3,), (4,))  # all else is gray, RGB, or refused
+    return np.asarray(image)[:, :, 2::-1] if colors else image  # alpha comes last
 
 
 def _readable(image: Any) -> bool:

@@ -53,7 +53,7 @@ class OpenCVTracker:
         """Return a new tracker, as `cv2.TrackerCSRT.create()` does."""
         return cls(config, seed, network=network)
 
-    def init(self, image: NDArray[Any], box: Numbers) -> None:
+    def init(self, image: NDArray[Any], boundingBox: Numbers) -> None:  # noqa: N803
         """Start on the object in a box (x, y, width, height).
 
         Raises
@@ -62,9 +62,9 @@ class OpenCVTracker:
             If the box is not valid, or does not fit the image.
         """
         with contextlib.suppress(TypeError):  # what has no length is refused below
-            if len(box) != 4:
-                raise ConfigError(f"A box has 4 numbers x, y, width, height; got {len(box)}.")
-        self.tracker.init(from_bgr(image), box)
+            if (count := len(boundingBox)) != 4:
+                raise ConfigError(f"A box has 4 numbers x, y, width, height; got {count}.")
+        self.tracker.init(from_bgr(image), boundingBox)
 
     def update(self, image: NDArray[Any]) -> tuple[bool, tuple[int, int, int, int]]:
         """Return whether the target is tracked, and its box in whole pixels.
