@@ -301,6 +301,8 @@ WRONG = [
      "1,1,31,61,40,40\n", "row 1: theta begins with 40; if the numbers are frame,id,x,y"),
     ("keyframes", "frame,x,y,width,height\n0,10,40,40,24\n1,12.5,40,40.5,24\n",
      "1,1,31,61,9,5\n2,1,32,61,9,5\n", "row 1: theta begins with 5; if the numbers are fr"),
+    ("keyframes", "frame,x,y,width,height\n0,10,40,40,24\n1,12.5,40,40.5,24\n",
+     "1,1,31,61,3,3\n", "row 1: theta begins with 3; if the numbers are frame,id,x,y"),
     ("otb", "12.5,40,40.5,24", "12.5,40,40.5", "line 2: a row has 4 numbers"),
     ("coco", '"annotations"', '"boxes"', "missing required field"),
     ("coco", '"image_id": 2', '"image_id": 9', r"annotations\[1\]: its image 9 is missing"),

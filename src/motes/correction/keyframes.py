@@ -188,7 +188,7 @@ def _size_of_titles(path: str | Path, titles: Sequence[str]) -> int | None:
 
 def _check_first(theta: float, titled: bool) -> None:
     """Check the angle of the first ellipse, which without titles may be the height of a box."""
-    if titled or theta <= math.pi:
+    if titled or theta <= 0 or (theta <= math.pi and theta % 1):  # a height is whole
         return check_angle(theta)
     raise ConfigError(
         f"theta begins with {theta:g}; if the numbers are frame,id,x,y,width,height, add a score "
