@@ -73,7 +73,7 @@ class VideoWriter:
         if not os.access(folder, os.W_OK):
             raise FormatError(f"Nothing can be written to {folder}; choose another folder.")
         if self.path.exists() and not (overwrite and self.path.is_file()):
-            raise FormatError(f"{path} exists; choose another name, or allow it to be overwritten.")
+            raise FormatError(f"{path} exists; choose another name, or allow it (overwrite=True).")
         self._fps = fps
         self._overwrite = overwrite
         self._file: PartialFile | None = None
