@@ -589,7 +589,7 @@ def test_labels_of_other_images_are_refused(go: Tell) -> None:
     assert (code, said.count("\n")) == (3, 1), said
     assert "labels: 3.txt: the film has no image of this name; give the film that it" in said
     code, said = go("convert labels a.csv --video twins --fps 25")
-    assert (code, said.count("\n")) == (3, 1), said
+    assert (code, said.count("\n")) == (3, 2), said
     assert "twins has several images 3, so that a text is of none of them" in said
 
 

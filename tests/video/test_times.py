@@ -160,6 +160,32 @@ def test_what_is_assumed_is_in_the_report(tmp_path: Path) -> None:
     assert rated(tmp_path / "one.tif")[1] is None
 
 
+@pytest.mark.parametrize(
+    ("names", "said"),
+    [
+        ("f8 f9 f10 f11", None),
+        ("f0 f5 f10 f15", None),
+        ("f1 f2 f3 f4 f7 f8 f20", "f7.png comes after f4.png, and so 1 time more"),
+        ("a1 a2 a3 b1 b2 b3", "b1.png comes after a3.png: all are read as one film"),
+        ("cam1_1 cam1_2 cam1_3 cam2_1 cam2_2", "cam2_1.png comes after cam1_3.png:"),
+        ("t1_c1 t1_c2 t2_c1 t2_c2 t3_c1 t3_c2", "t2_c1.png comes after t1_c2.png, and so 1 time"),
+        ("f1_10.40 f2_10.44 f3_10.48", None),
+        ("1714550400 1714550411 1714550413 1714550500", None),
+        ("f1", None),
+        ("beach garden house", None),
+        ("f1 f2 f3 f4 logo", "logo.png comes after f4.png: all"),
+    ],
+)
+def test_images_that_do_not_follow_each_other_are_said(
+    tmp_path: Path, names: str, said: str | None
+) -> None:
+    for name in names.split():
+        Image.new("RGB", (8, 8)).save(tmp_path / f"{name}.png")
+    found = rated(tmp_path, fps=5)[1]
+    assert (found is None) is (said is None)
+    assert (said or "") in (found or "")
+
+
 def test_a_rate_replaces_the_times_of_a_film(tmp_path: Path) -> None:
     film = clip(tmp_path / "clip.mp4", 12)
     assert rated(film, fps=100)[0] == pytest.approx([index / 100 for index in range(12)])

@@ -6,14 +6,17 @@ import configparser
 import math
 import os
 import re
-from collections.abc import Generator, Mapping
+from collections import Counter
+from collections.abc import Generator, Mapping, Sequence
 from functools import cached_property, partial
+from itertools import pairwise
+from operator import itemgetter
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.errors import SourceError
+from motes.core.errors import SourceError, counted
 from motes.core.frame import FRAME_INTERVAL
 from motes.video.report import Reader, Report, Stamped
 
@@ -47,7 +50,7 @@ class ImageFiles(Reader):
 
     def pictures(self, report: Report) -> Generator[Stamped, None, None]:
         """Yield the pictures in order, at the rate of the files."""
-        report.assumed = self.fps is None
+        report.assumed, report.leap = self.fps is None, leap(self.files)
         for index, path in enumerate(self._paths):
             yield index * self._interval, partial(self._first_picture, path, report)
 
@@ -150,6 +153,34 @@ def read_image(path: str | Path) -> NDArray[np.uint8]:
 
     with readable(path), Image.open(path) as image:
         return pixels_of(image)
+
+
+def leap(names: Sequence[str]) -> str | None:
+    """Return one line about images in order whose names do not follow each other; None if all do.
+
+    Then some are missing, or they are of several series or channels. Of numbers that have no usual
+    step, as a clock's, nothing is known.
+    """
+    steps = [_step(*pair) for pair in pairwise(names)]
+    usual, count = max(Counter(steps).items(), key=itemgetter(1), default=(0, 0))
+    known = 2 * count > len(steps)
+    leaps = [n for n, step in enumerate(steps) if step is None or (known and step != usual)]
+    if not leaps:
+        return None
+    more = f", and so {counted(len(leaps) - 1, 'time')} more" * (len(leaps) > 1)
+    return (
+        f"{names[leaps[0] + 1]} comes after {names[leaps[0]]}{more}: all are read as one film "
+        f"without a gap; a pattern in quotes chooses others."
+    )
+
+
+def _step(before: str, after: str) -> int | None:
+    """Return by how much a number in a name grows, 0 if not one does; None if the text differs."""
+    pairs = [*zip(*(re.split(r"(\d+)", name) for name in (before, after)), strict=False)]
+    if any(one != other for one, other in pairs[::2]):
+        return None if len(pairs) > 1 else 0  # names without numbers are in no order
+    grown = [int(other) - int(one) for one, other in pairs[1::2] if one != other]
+    return grown[0] if len(grown) == 1 else 0
 
 
 def _natural(name: str) -> list[tuple[int, int | str]]:

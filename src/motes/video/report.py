@@ -50,6 +50,8 @@ class Report:
     """Number of times that a live source ended or failed and had to be opened again."""
     assumed: bool = False
     """Whether the source is images without a frame rate, so that one was assumed."""
+    leap: str | None = None
+    """One line about names of images that do not follow each other; None if all do."""
     depth: int | None = None
     """How many of their 16 bits the pictures of the source use; None for pictures of 8."""
     coarse: bool = False
@@ -86,8 +88,8 @@ class Report:
 
     @property
     def assumption(self) -> str | None:
-        """One line about what is assumed of the source, its rate or its depth; None if nothing."""
-        parts = []
+        """One line about what is assumed of the source, such as its rate; None if nothing."""
+        parts = [self.leap] if self.leap else []
         if self.depth is not None and self.depth < DEPTHS[-1]:
             parts.append(depth_note(self.depth))
         if self.coarse:
