@@ -61,6 +61,15 @@ def test_the_pages_of_a_tiff_are_read_but_not_their_thumbnails(tmp_path: Path) -
         assert [frame.pixels.shape for frame in source] == [(48, 64, 3)]
 
 
+def test_channels_that_take_turns_are_no_film(tmp_path: Path) -> None:
+    about = "ImageJ=1.53t\nimages=4\nchannels=2\nframes=2\nhyperstack=true\n"
+    path = save(tmp_path / "a.tiff", description=about)
+    with pytest.raises(SourceError, match=r"a\.tiff has 2 channels; save one of them alone"):
+        open_source(path)
+    with open_source(save(tmp_path / "b.tiff", description="ImageJ=1.53t\nimages=5\n")) as source:
+        assert len(list(source)) == 5
+
+
 def test_the_picture_for_other_programs_is_no_part_of_an_animation(tmp_path: Path) -> None:
     path = save(tmp_path / "a.png", default_image=True, duration=40)
     with open_source(path) as source:

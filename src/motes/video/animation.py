@@ -6,6 +6,7 @@ Pillow composes each complete picture of an animation and gives the time for whi
 from __future__ import annotations
 
 import contextlib
+import re
 import warnings
 from collections.abc import Callable, Generator, Iterator, Sequence
 from functools import cached_property, partial
@@ -23,6 +24,9 @@ from motes.video.report import DEPTH_SAMPLES, Reader, Report, Stamped
 # Not MPO, the JPEG of many phones: its other pictures show the same moment as the first.
 ANIMATED = frozenset({"GIF", "PNG", "WEBP"})
 
+_ABOUT = 270
+"""The TIFF tag ImageDescription, in which ImageJ has the number of channels, if there are several.
+Their pages take turns."""
 _SUBFILE = 254
 _REDUCED_OR_MASK = 0b101
 """The TIFF tag NewSubfileType, and its bits for reduced copies and masks of another page."""
@@ -39,6 +43,9 @@ class Animation(Reader):
         self._path = path
         with readable(path), contextlib.ExitStack() as opened:
             self._image = opened.enter_context(Image.open(path))
+            about = str(getattr(self._image, "tag_v2", {}).get(_ABOUT))
+            if channels := re.search(r"^channels=(\d+)", about, re.MULTILINE):
+                raise SourceError(f"{path} has {channels[1]} channels; save one of them alone.")
             self._coarse = reads_high_bytes(self._image)
             self._numbers = picture_numbers(self._image)
             self.count = len(self._numbers)
