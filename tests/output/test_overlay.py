@@ -138,6 +138,15 @@ def test_no_label_covers_another(status: Status) -> None:
     assert draw_scene(gray(), crowd, {}).shape == gray().shape
 
 
+def test_a_name_has_no_accents_that_the_font_lacks() -> None:
+    one = replace(track(Ellipse.from_box(Box(100, 100, 90, 60))), identity=1)
+    drawn = []
+    for name in ("Süden", "Suden"):
+        line = Line((10, 10, 90, 10), label=(name, "out"))
+        drawn.append(draw_scene(gray(), [replace(one, label=name)], {}, Regions((line,)), [name]))
+    assert (drawn[0] == drawn[1]).all()
+
+
 def test_who_is_not_seen_has_a_dark_label() -> None:
     one = replace(track(Ellipse.from_box(Box(100, 100, 90, 60))), identity=1)
     seen, unseen = (

@@ -6,6 +6,7 @@ import io
 import math
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
+from unicodedata import combining, normalize
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -185,6 +186,11 @@ def font(size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
     from PIL import ImageFont
 
     return ImageFont.load_default(size)  # cached: loading takes longer than drawing text
+
+
+def in_font(text: str) -> str:
+    """Return a text as Pillow's default font can show it, without accents, which it lacks."""
+    return "".join(each for each in normalize("NFD", text) if not combining(each))
 
 
 def _draw_label(image: Image.Image, text: str, confidence: float, color: Color) -> None:

@@ -13,7 +13,7 @@ from motes.core.errors import ConfigError
 from motes.core.frame import as_rgb
 from motes.core.track import Status, Track, check_listed
 from motes.mot.analytics.regions import Regions
-from motes.output.overlay import font
+from motes.output.overlay import font, in_font
 
 Color = tuple[int, int, int]
 Point = tuple[float, float]
@@ -87,7 +87,8 @@ def draw_scene(
     for name, zone in regions.zones.items() if regions and len(shapes) > 1 else ():
         column, row = _rounded(np.array(zone.points[:2]))
         said.append((name, column, row))
-    for text, column, row in said:
+    for name, column, row in said:
+        text = in_font(name)
         _, _, wide, high = pen.textbbox((0, 0), text, typeface)
         place = min(max(column, 0), image.width - wide), min(max(row, 0), image.height - high)
         pen.rectangle((*place, place[0] + wide, place[1] + high), (0, 0, 0, 160))
@@ -105,7 +106,7 @@ def draw_scene(
         color, hidden = color_of(each.identity), _hidden(each)
         number = f"{each.identity}" if each.identity > 0 else ""
         words = number, each.label, notes.get(each.identity), each.status if hidden else None
-        text = " ".join(word for word in words if word)
+        text = in_font(" ".join(word for word in words if word))
         # The label stays inside the frame even if the box does not.
         _, _, right, bottom = pen.textbbox((0, 0), text, typeface)
         left, top = _rounded(np.array([each.box[:2]]))
@@ -119,7 +120,7 @@ def draw_scene(
         pen.rectangle((x, y, x + right, y + bottom), ground)
         pen.text((x, y), text, color if hidden else (0, 0, 0), typeface)
     y = line
-    for text in caption:
+    for text in map(in_font, caption):
         _, _, right, bottom = pen.textbbox((0, 0), text, typeface)
         pen.rectangle((line, y, 3 * line + right, y + bottom), (0, 0, 0, 160))
         pen.text((2 * line, y), text, (255, 255, 255), typeface)

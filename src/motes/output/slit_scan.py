@@ -16,7 +16,7 @@ from motes.core.track import Status, Track
 from motes.core.types import Bytes
 from motes.mot.analytics.ground_plane import Point
 from motes.mot.analytics.regions import crossing
-from motes.output.overlay import font
+from motes.output.overlay import font, in_font
 
 LONGEST = 8000
 """Largest number of rows: then every other one is left out, and so on."""
@@ -122,7 +122,7 @@ class SlitScan:
         for row, (name, color) in enumerate(zip(self._names, COLORS, strict=False)):
             y = scan.shape[0] + 4 + 14 * row
             pen.line((4, y + 7, 18, y + 7), color, 3)
-            pen.text((24, y), name, color, typeface)
+            pen.text((24, y), in_font(name), color, typeface)
         for mark in self._marks:
             y = rows[mark]
             x, color = MARGIN + mark.place * (scan.shape[1] - 1), COLORS[mark.second]
