@@ -490,6 +490,7 @@ def test_what_flickers_is_left_out_and_said() -> None:
         ((100, 0, 100, 50), False),  # its last column is 99
         ((99, 0, 99, 50), True),
         ((-20, 10, 10, -20), False),  # past the corner
+        ((0, 0.5, 1, 0.5), False),  # in shares of the picture
         ((-50, -50, 150, -50, 150, 150, -50, 150), True),  # the whole picture
         ((-50, 0, -10, 0, -10, 90, -50, 90), False),
     ],
@@ -498,7 +499,7 @@ def test_places_outside_of_the_picture_are_refused(points: tuple[float, ...], in
     made = Line(points, "here") if len(points) == 4 else Zone(points, "here")
     regions = Regions((made,)) if isinstance(made, Line) else Regions(zone=(made,))
     if inside:
-        regions.check(100, 80)
+        EventCounter(regions, (100, 80))
         return
     with pytest.raises(ConfigError, match=r"here \(.*\) lies outside of the picture, 100x80"):
-        regions.check(100, 80)
+        EventCounter(regions, (100, 80))

@@ -127,7 +127,6 @@ def watch(
         with frames.open(source, whole=True) as film:  # the rows are the same for every --end
             scene.prepare(film)
     with frames.open(source) as film:
-        where.check(film.width, film.height)
         counter = EventCounter(where, (film.width, film.height))
         say_rate(film)
         if objects.like is not None:

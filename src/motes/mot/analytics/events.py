@@ -104,6 +104,7 @@ class EventCounter:
         self._size = size
         self._reach = {name: zone.reach for name, zone in self._zones.items()}
         if size is not None:
+            places.check(*size)
             self._zones = {name: zone.beyond(size) for name, zone in self._zones.items()}
         self._shapes = {name: UsualShape() for name in self._lines}
         self._seen: dict[int, Track] = {}

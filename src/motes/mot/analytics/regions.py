@@ -142,10 +142,11 @@ class Regions(Config, frozen=True):
         """Raise a ConfigError if a line or a zone lies outside of a picture."""
         places: dict[str, Line | Zone] = {**self.lines, **self.zones}
         for name, place in places.items():
-            if not len(clipped(np.reshape(place.points, (-1, 2)), width - 1, height - 1)):
+            corners = np.reshape(place.points, (-1, 2))
+            if np.max(corners) <= 1 or not len(clipped(corners, width - 1, height - 1)):
                 raise ConfigError(
                     f"{name} ({_text(place.points)}) lies outside of the picture, {width}x{height} "
-                    f"pixels; move it."
+                    f"pixels, or in its first one; move it."
                 )
 
     @property
