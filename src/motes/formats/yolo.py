@@ -128,7 +128,8 @@ def read(path: Path, facts: FilmFacts) -> Recording:
             named = " and ".join(parts[:SAID] + more)
             raise FormatError(f"its labels are in {named}; give {which}")
         raise FormatError(
-            "it has no labels of YOLO, texts named after frames; of other formats give a file"
+            "it has no labels of YOLO, texts named after frames, or after images that --video "
+            "names; of other formats give a file"
         )
     notes = note_on_names(stems.values(), facts)
     shifted = from_one and any(map(theirs.fullmatch, stems.values()))
