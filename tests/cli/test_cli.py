@@ -241,7 +241,8 @@ def test_help_shows_what_people_use_and_help_all_the_rest(go: Go, command: str) 
         ("track FILM --preset nummiaro --network a.onnx", 2, "Preset nummiaro takes no network"),
         ("track FILM --init 30 40 20 20", 2, "No option takes 40 20 20; numbers .*need commas"),
         ("track FILM my.csv", 2, r"No option takes .*; a name with spaces needs quotes, and"),
-        ("track FILM FILM", 2, r"No option takes .*; motes batch tracks in several films; see"),
+        ("track FILM FILM", 2, r"No option takes .*; motes batch goes through several films; qu"),
+        ("watch FILM FILM", 2, r"several films; quote a pattern, as 'img/\*.png', which the shell"),
         ("track FILM --init BOX --start 99", 3, "choose a smaller start"),
         (
             "track FILM --init BOX -o r.text",

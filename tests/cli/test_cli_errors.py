@@ -62,7 +62,7 @@ def go(film: Path, here: Path, capfd: pytest.CaptureFixture[str]) -> Tell:
         ("track film.mkv --preset nummiaro --set motion=3", "motion: got 3; it takes keys."),
         ("track film.mkv --set motion.noise.size=1", "no key 'motion'; preset nummiaro has it."),
         ("watch film.mkv --set detectr.history=3", "did you mean 'detector'?"),
-        ("batch film.mkv film.mkv --do watch -o r", "film.mkv; quote a pattern, as 'films/*.mp4'"),
+        ("batch film.mkv film.mkv --do watch -o r", "film.mkv; quote a pattern, as 'img/*.png'"),
         ("batch film.mkv other --do watch -o r", "takes other; a name with spaces needs quotes"),
         ("watch -", "for standard input give /dev/stdin, for output /dev/stdout."),
     ],

@@ -84,10 +84,9 @@ def _wrong_option(error: CycloptsError, program: str) -> str:
         hint = "a name with spaces needs quotes, and a file to write its option, as -o; "
         if _are_numbers(words):
             hint = "numbers of one option need commas and no spaces; "
-        if command == "motes track" and all(map(os.path.exists, words)):
-            hint = "motes batch tracks in several films; "
-        if command == "motes batch" and all(map(os.path.exists, words)):
-            hint = "quote a pattern, as 'films/*.mp4', which the shell has replaced by names; "
+        if command.split()[-1] in ("track", "watch", "batch") and all(map(os.path.exists, words)):
+            hint = "motes batch goes through several films; " * (command != "motes batch")
+            hint += "quote a pattern, as 'img/*.png', which the shell has replaced by names; "
         return f"No option takes {' '.join(words)}; {hint}see {command} --help."
     return f"{error} See {command} --help."
 
