@@ -147,6 +147,16 @@ def test_a_name_has_no_accents_that_the_font_lacks() -> None:
     assert (drawn[0] == drawn[1]).all()
 
 
+def test_a_caption_may_be_one_text_and_a_note_a_number() -> None:
+    one = replace(track(Ellipse.from_box(Box(100, 100, 90, 60))), identity=1)
+    drawn = [
+        draw_scene(gray(), [one], caption=caption, notes={1: note})
+        for caption, note in (("12", 0), (["12"], "0"), ([12], 0))
+    ]
+    assert (drawn[0] == drawn[1]).all()
+    assert (drawn[0] == drawn[2]).all()
+
+
 def test_who_is_not_seen_has_a_dark_label() -> None:
     one = replace(track(Ellipse.from_box(Box(100, 100, 90, 60))), identity=1)
     seen, unseen = (

@@ -188,9 +188,9 @@ def font(size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
     return ImageFont.load_default(size)  # cached: loading takes longer than drawing text
 
 
-def in_font(text: str) -> str:
+def in_font(text: object) -> str:
     """Return a text as Pillow's default font can show it, without accents, which it lacks."""
-    return "".join(each for each in normalize("NFD", text) if not combining(each))
+    return "".join(each for each in normalize("NFD", str(text)) if not combining(each))
 
 
 def _draw_label(image: Image.Image, text: str, confidence: float, color: Color) -> None:

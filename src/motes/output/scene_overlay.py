@@ -36,8 +36,8 @@ def draw_scene(
     tracks: Sequence[Track],
     trails: Mapping[int, Sequence[Point]] = {},
     regions: Regions | None = None,
-    caption: Sequence[str] = (),
-    notes: Mapping[int, str] = {},
+    caption: str | Sequence[object] = (),
+    notes: Mapping[int, object] = {},
 ) -> NDArray[np.uint8]:
     """Return a copy of a frame's pixels with a scene drawn on it.
 
@@ -54,7 +54,7 @@ def draw_scene(
         Lines and zones of the event counter. A stroke from a line shows its first direction. Where
         there are several, each has its name.
     caption
-        Lines of text in the upper left corner, such as time and totals.
+        Text or lines of it in the upper left corner, such as time and totals.
     notes
         Further text beside identities, such as their speeds.
 
@@ -106,7 +106,7 @@ def draw_scene(
         color, hidden = color_of(each.identity), _hidden(each)
         number = f"{each.identity}" if each.identity > 0 else ""
         words = number, each.label, notes.get(each.identity), each.status if hidden else None
-        text = in_font(" ".join(word for word in words if word))
+        text = in_font(" ".join(str(word) for word in words if word not in ("", None)))
         # The label stays inside the frame even if the box does not.
         _, _, right, bottom = pen.textbbox((0, 0), text, typeface)
         left, top = _rounded(np.array([each.box[:2]]))
@@ -120,7 +120,7 @@ def draw_scene(
         pen.rectangle((x, y, x + right, y + bottom), ground)
         pen.text((x, y), text, color if hidden else (0, 0, 0), typeface)
     y = line
-    for text in map(in_font, caption):
+    for text in map(in_font, (caption,) if isinstance(caption, str) else caption):
         _, _, right, bottom = pen.textbbox((0, 0), text, typeface)
         pen.rectangle((line, y, 3 * line + right, y + bottom), (0, 0, 0, 160))
         pen.text((2 * line, y), text, (255, 255, 255), typeface)
