@@ -112,18 +112,18 @@ def test_objects_come_and_go() -> None:
     assert first.identity == 2
     assert first.ellipse == alone.init(clip()[1], REGIONS[1]).ellipse
     trackers.update(clip()[2])
-    trackers.remove(0)
+    trackers.remove(1)
     alone.update(clip()[2])
     [track] = trackers.update(clip()[3])
     assert track.identity == 2
     assert track.ellipse == alone.update(clip()[3]).ellipse
-    trackers.remove(0)
+    trackers.remove(2)
     assert trackers.update(clip()[4]) == []
     third = trackers.add(REGIONS[2])
     assert (third.frame, third.identity) == (4, 3)
-    for place in (1, -1, None):
-        with pytest.raises(ConfigError, match=f"no object {place}; there are 1"):
-            trackers.remove(place)  # type: ignore[arg-type]
+    for identity in (1, -1, None):
+        with pytest.raises(ConfigError, match=f"no object {identity}; there are 3"):
+            trackers.remove(identity)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("threads", [1, 3])
@@ -134,7 +134,7 @@ def test_saved_trackers_go_on(tmp_path: Path, threads: int) -> None:
     bgr = [frame.pixels[:, :, ::-1] for frame in clip()]
     trackers.init(bgr[0], REGIONS)
     trackers.update(bgr[1])
-    trackers.remove(1)
+    trackers.remove(2)
     trackers.save(tmp_path / "saved")
     with Trackers.load(tmp_path / "saved", threads=threads) as other:
         for each in (trackers, other):
@@ -164,6 +164,6 @@ def test_a_copy_is_independent(twice: Callable[[Trackers], Trackers]) -> None:
         trackers.update(clip()[1])
         with twice(trackers) as other:
             found = other.update(clip()[2])
-            other.remove(0)
+            other.remove(1)
         again = trackers.update(clip()[2])
         assert [track.ellipse for track in found] == [track.ellipse for track in again]

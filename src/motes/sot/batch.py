@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from motes.core.decode import decode
 from motes.core.errors import ConfigError
-from motes.core.frame import WHOLE, Frame, as_frame, from_bgr
+from motes.core.frame import Frame, as_frame, from_bgr
 from motes.core.track import Track
 from motes.core.types import Numbers
 from motes.sot.algorithm import Algorithm
@@ -132,8 +132,8 @@ class Trackers:
         }
         self.each.append(tracker)
 
-    def remove(self, place: int) -> None:
-        """Follow the object at a place in `each`, from 0, no more; those behind it move up.
+    def remove(self, identity: int) -> None:
+        """Follow the object no more whose tracks have an identity.
 
         Raises
         ------
@@ -141,9 +141,12 @@ class Trackers:
             If there is none, or after `close`.
         """
         self._opened()
-        if not isinstance(place, WHOLE) or place not in range(len(self.each)):
-            raise ConfigError(f"There is no object {place}; there are {len(self.each)}, from 0.")
-        del self.each[place]
+        known = {each._seed - self._seed + 1: each for each in self.each}
+        if identity not in known:
+            raise ConfigError(
+                f"There is no object {identity}; there are {', '.join(map(str, known)) or 'none'}."
+            )
+        self.each.remove(known[identity])
 
     def update(self, frame: Picture) -> list[Track]:
         """Return the tracks in the next frame, in the order of `each`.
