@@ -101,7 +101,13 @@ def draw_scene(
         far = np.add(box[:2], np.maximum(box[2:], 1) - 1)  # a box has a pixel at least
         corners = _rounded(np.array([box[:2], far]))
         pen.rectangle(corners, outline=(*color, 255), width=line if _hidden(each) else 2 * line)
-    taken = np.empty((0, 4))
+    taken, y = np.empty((0, 4)), float(line)
+    for text in map(in_font, (caption,) if isinstance(caption, str) else caption):
+        _, _, right, bottom = pen.textbbox((0, 0), text, typeface)
+        pen.rectangle((line, y, 3 * line + right, y + bottom), (0, 0, 0, 160))
+        pen.text((2 * line, y), text, (255, 255, 255), typeface)
+        taken = np.vstack([taken, (line, y, 3 * line + right, y + bottom)])
+        y += bottom + line
     for each in sorted(tracks, key=_hidden):  # the labels of those that are seen come first
         color, hidden = color_of(each.identity), _hidden(each)
         number = f"{each.identity}" if each.identity > 0 else ""
@@ -119,12 +125,6 @@ def draw_scene(
         ground = (0, 0, 0, 160) if hidden else (*color, 255)
         pen.rectangle((x, y, x + right, y + bottom), ground)
         pen.text((x, y), text, color if hidden else (0, 0, 0), typeface)
-    y = line
-    for text in map(in_font, (caption,) if isinstance(caption, str) else caption):
-        _, _, right, bottom = pen.textbbox((0, 0), text, typeface)
-        pen.rectangle((line, y, 3 * line + right, y + bottom), (0, 0, 0, 160))
-        pen.text((2 * line, y), text, (255, 255, 255), typeface)
-        y += bottom + line
     drawn: NDArray[np.uint8] = np.array(image)
     return drawn
 
