@@ -16,10 +16,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from motes.core.errors import ConfigError, FormatError
+from motes.core.files import check_writable
 from motes.core.geometry import Ellipse
 from motes.core.track import BOX, COLUMNS, ELLIPSE, Status, Track
 from motes.rows.schema import Form, Header
-from motes.rows.writer import JournalWriter, Lines, TrackWriter, check_writable
+from motes.rows.writer import JournalWriter, Lines, TrackWriter
 
 DIGITS = {"time": 6, "effective_sample_size": 2} | dict.fromkeys((*BOX, *ELLIPSE[:-1]), 3)
 

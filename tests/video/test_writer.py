@@ -93,8 +93,8 @@ def test_what_cannot_be_written_is_refused_at_once(tmp_path: Path) -> None:
     existing.write_text("precious")
     (tmp_path / "folder.mp4").mkdir()
     for path, kind, words in [
-        (existing, FormatError, r"\(overwrite=True\)"),
-        (tmp_path / "folder.mp4", FormatError, "exists"),
+        (existing, FormatError, r"\(overwrite=True"),
+        (tmp_path / "folder.mp4", FormatError, "is a folder"),
         (tmp_path / "missing" / "out.mp4", FormatError, "make it first"),
         (tmp_path / "out.avi", ConfigError, r"\.m4v, \.mkv, \.mov, \.mp4"),
         (tmp_path / "out", ConfigError, "does not end like a video"),

@@ -11,7 +11,6 @@ from motes.core.frame import FRAME_INTERVAL
 from motes.core.types import Bytes
 from motes.mot.analytics.regions import Regions
 from motes.output.painters import ScenePainter, TargetPainter
-from motes.rows.writer import check_writable
 from motes.video.film import Film
 from motes.video.sources import Source
 from motes.video.writer import VideoWriter
@@ -50,7 +49,6 @@ class AnnotatedVideo(Sink):
     def __init__(
         self, path: Path, source: Source | Film, stride: int, painted: Paint, *, overwrite: bool
     ) -> None:
-        check_writable(path, overwrite)
         self._painted = painted
         self._writer = VideoWriter(path, (source.fps or 1 / FRAME_INTERVAL) / stride, overwrite)
         self._start: float | None = None

@@ -18,7 +18,7 @@ from motes.cli.option_groups import OUTPUT, FileName, Identity, OutputFile, Over
 from motes.cli.settings import TRACKER_HELP
 from motes.cli.streams import log
 from motes.core.errors import FormatError
-from motes.core.files import write_whole, writing
+from motes.core.files import check_writable, write_whole, writing
 from motes.core.track import Status, Track
 from motes.correction.history import History
 from motes.correction.passes import run_pass
@@ -26,7 +26,6 @@ from motes.correction.rows import KnownRows
 from motes.correction.suspects import Doubt, compare, doubts
 from motes.output.contact_sheet import contact_sheet
 from motes.output.overlay import png
-from motes.rows.writer import check_writable
 from motes.video.cuts import cuts_in
 from motes.video.film import Film
 

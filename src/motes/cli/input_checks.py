@@ -221,7 +221,7 @@ def prepared_folder(out: Path | None, files: Iterable[str], overwrite: bool) -> 
     At the end it is removed again if it was made here and nothing is in it. Raises a FormatError if
     the folder or a file cannot be written.
     """
-    from motes.rows.writer import check_writable
+    from motes.core.files import check_writable
 
     if out is None:
         yield

@@ -17,6 +17,7 @@ from motes.cli.option_groups import OutputOptions
 from motes.cli.streams import log
 from motes.core import interrupts
 from motes.core.errors import ConfigError, FormatError, InputError, SourceError, counted
+from motes.core.files import check_writable
 from motes.correction.history import History
 from motes.formats.mot import line_of
 from motes.formats.recording import LABEL, Recording
@@ -26,7 +27,7 @@ from motes.formats.rows import recording_of_journal
 from motes.formats.visibility import visible
 from motes.mot.analytics.event import Event
 from motes.rows.schema import FrameRow, Header, journal_of, text_name
-from motes.rows.writer import JournalWriter, Lines, TrackWriter, check_writable
+from motes.rows.writer import JournalWriter, Lines, TrackWriter
 from motes.video.film import Film
 from motes.video.sources import Source, is_recorded
 

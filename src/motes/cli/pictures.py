@@ -16,7 +16,7 @@ from motes.cli.option_groups import OutputOptions
 from motes.cli.outputs import DocumentOutput
 from motes.core.errors import ConfigError
 from motes.core.extras import optional
-from motes.core.files import write_whole, writing
+from motes.core.files import check_writable, write_whole, writing
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.track import GROUND, Status, Track
 from motes.core.types import Bytes
@@ -28,7 +28,6 @@ from motes.output.painters import NOWHERE
 from motes.output.path_pictures import heatmap, paths
 from motes.output.slit_scan import SlitScan
 from motes.rows.schema import FrameRow
-from motes.rows.writer import check_writable
 from motes.sot.segmentation import Segmenter
 from motes.video.sources import Source
 

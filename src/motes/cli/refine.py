@@ -17,8 +17,8 @@ from motes.cli.streams import log
 from motes.cli.track_options import KeyframeOptions
 from motes.core import interrupts
 from motes.core.errors import ConfigError, counted
+from motes.core.files import check_writable
 from motes.correction.history import History
-from motes.rows.writer import check_writable
 
 app = App(name="refine", help_epilogue=TRACKER_HELP, help_format="plaintext")
 

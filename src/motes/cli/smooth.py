@@ -14,13 +14,14 @@ from motes.cli.known_run import units_of
 from motes.cli.option_groups import HYPHEN, OUTPUT, FileName, Identity, Overwrite
 from motes.cli.streams import log
 from motes.core.errors import counted
+from motes.core.files import check_writable
 from motes.core.track import GROUND
 from motes.correction.correct import smooth as smoothed
 from motes.correction.history import History, check_beside, hand_on
 from motes.correction.rows import KnownRows
 from motes.mot.analytics.real_units import motion_in_hindsight
 from motes.rows.schema import HINDSIGHT
-from motes.rows.writer import TrackWriter, check_writable
+from motes.rows.writer import TrackWriter
 
 app = App(name="smooth", help_format="plaintext")
 

@@ -23,6 +23,7 @@ from motes.cli.request import Request
 from motes.cli.track_units import check_size
 from motes.core import interrupts
 from motes.core.errors import counted
+from motes.core.files import check_writable
 from motes.core.frame import Frame
 from motes.core.interrupts import deferred
 from motes.core.track import GROUND, Status, Track
@@ -32,7 +33,6 @@ from motes.correction.keyframes import check_keyframes
 from motes.correction.rows import as_read
 from motes.mot.analytics.real_units import motion_in_hindsight
 from motes.rows.schema import HINDSIGHT
-from motes.rows.writer import check_writable
 from motes.sot.presets import TrackerConfig
 from motes.sot.step_info import StepInfo
 from motes.video.film import Film

@@ -48,6 +48,26 @@ def is_special(path: str | Path) -> bool:
     return os.path.exists(path) and not os.path.isfile(path)
 
 
+def check_writable(path: str | Path, overwrite: bool = False) -> None:
+    """Check that a file can be made at `path`; an existing device or pipe is allowed.
+
+    Raises a FormatError if a file exists and must not be overwritten, or the folder is missing or
+    protected.
+    """
+    path = Path(path)
+    if path.is_dir():
+        raise FormatError(f"{path} is a folder; give the name of a file.")
+    if path.is_file() and not overwrite:
+        raise FormatError(
+            f"{path} exists; choose another name, or allow it "
+            f"(overwrite=True, on the command line --overwrite)."
+        )
+    if not path.parent.is_dir():
+        raise FormatError(f"There is no folder {path.parent} for {path.name}; make it first.")
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise FormatError(f"{path} cannot be written: no permission; choose another place.")
+
+
 def open_rows(path: str | Path, overwrite: bool) -> BinaryIO:
     """Open a file that grows row by row, unbuffered; raise an OSError if it appeared meanwhile.
 

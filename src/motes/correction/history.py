@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from motes import __version__
 from motes.core.config import Config, from_dict
 from motes.core.errors import ConfigError, InputError
-from motes.core.files import is_special, write_whole, writing
+from motes.core.files import check_writable, is_special, write_whole, writing
 from motes.core.geometry import Ellipse
 from motes.core.seed import checked_seed
 from motes.correction.join import Stretch
@@ -21,7 +21,6 @@ from motes.correction.keyframes import keyframes
 from motes.mot.analytics.real_units import RealUnits
 from motes.mot.analytics.regions import Regions
 from motes.rows.schema import text_name
-from motes.rows.writer import check_writable
 from motes.sot.algorithm import Algorithm
 from motes.sot.presets import TrackerConfig
 from motes.video.film import Film

@@ -17,29 +17,9 @@ import msgspec
 from msgspec.structs import replace
 
 from motes.core.errors import ConfigError, FormatError
-from motes.core.files import open_rows, write_all
+from motes.core.files import check_writable, open_rows, write_all
 from motes.core.track import COLUMNS, Track
 from motes.rows.schema import HINDSIGHT, Form, FrameRow, Header, form_of, head, line
-
-
-def check_writable(path: str | Path, overwrite: bool = False) -> None:
-    """Check that a file can be made at `path`; an existing device or pipe is allowed.
-
-    Raises a FormatError if a file exists and must not be overwritten, or the folder is missing or
-    protected.
-    """
-    path = Path(path)
-    if path.is_dir():
-        raise FormatError(f"{path} is a folder; give the name of a file.")
-    if path.is_file() and not overwrite:
-        raise FormatError(
-            f"{path} exists; choose another name, or allow it "
-            f"(overwrite=True, on the command line --overwrite)."
-        )
-    if not path.parent.is_dir():
-        raise FormatError(f"There is no folder {path.parent} for {path.name}; make it first.")
-    if not os.access(path if path.exists() else path.parent, os.W_OK):
-        raise FormatError(f"{path} cannot be written: no permission; choose another place.")
 
 
 def appeared(path: str | Path) -> FormatError:

@@ -16,7 +16,7 @@ from av.video.reformatter import VideoReformatter
 from numpy.typing import NDArray
 
 from motes.core.errors import ConfigError, FormatError
-from motes.core.files import PartialFile, as_path
+from motes.core.files import PartialFile, as_path, check_writable, is_special
 from motes.core.frame import NUMBER, Frame
 from motes.video.decoder import ONE_THREAD
 
@@ -67,13 +67,9 @@ class VideoWriter:
             raise ConfigError(f"{path} does not end like a video; use {', '.join(ENDINGS)}.")
         if not (isinstance(fps, NUMBER) and math.isfinite(fps) and fps > 0):
             raise ConfigError(f"A video cannot have {fps!r} frames per second; give more than 0.")
-        folder = self.path.parent
-        if not folder.is_dir():
-            raise FormatError(f"There is no folder {folder} for {self.path.name}; make it first.")
-        if not os.access(folder, os.W_OK):
-            raise FormatError(f"Nothing can be written to {folder}; choose another folder.")
-        if self.path.exists() and not (overwrite and self.path.is_file()):
-            raise FormatError(f"{path} exists; choose another name, or allow it (overwrite=True).")
+        check_writable(path, overwrite)
+        if is_special(path):
+            raise FormatError(f"{path} is no plain file; choose another name.")
         self._fps = fps
         self._overwrite = overwrite
         self._file: PartialFile | None = None
