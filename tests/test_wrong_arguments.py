@@ -126,6 +126,7 @@ CALLS: dict[str, tuple[Callable[[Any], object], str]] = {
     "no file for rows": (lambda _: motes.TrackWriter(None), "name of a file"),  # type: ignore[arg-type]
     "no film to write": (lambda _: motes.VideoWriter(None, 25), "name of a file"),  # type: ignore[arg-type]
     "pictures as a source": (lambda _: motes.open_source(PIXELS), "name of a file"),  # type: ignore[arg-type]
+    "a picture as index": (lambda _: motes.Frame(PIXELS, 1, 0.04), "number, no ndarray"),  # type: ignore[arg-type]
     "a frame to write": (lambda film: writing(film, pixels=motes.Frame(0, 0, PIXELS)), "pixels"),
     "a frame to draw on": (lambda _: motes.draw(motes.Frame(0, 0, PIXELS), track()), "got Frame"),  # type: ignore[arg-type]
     "a track without its frame": (lambda film: rows(film, track(), 0, 0), "frame's index"),

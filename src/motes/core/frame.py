@@ -55,7 +55,7 @@ class Frame(msgspec.Struct, frozen=True, eq=False):
 
     def __post_init__(self) -> None:
         if not isinstance(self.index, WHOLE):
-            raise SourceError(f"A frame's index is a whole number; got {self.index!r}.")
+            raise SourceError(f"A frame's index is a whole number, no {type(self.index).__name__}.")
         if not isinstance(self.time, NUMBER):
             raise SourceError(f"Frame {self.index} has the time {self.time!r}; give it seconds.")
         if _readable(self.pixels):
