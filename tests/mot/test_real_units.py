@@ -217,7 +217,10 @@ def test_nothing_is_measured_while_the_target_is_lost() -> None:
     assert place.further["speed"] is None  # the way to where it was found again is no motion
     seen = (0, 200, 0, 200), (100, 200, 100, 200), (0, 300, 0, 150), (100, 300, 50, 150)
     horizon = RealUnits(Ground(points=seen))  # at y = 100
-    assert GroundMotion(horizon).update([track(0, 5.0, 50.0)])[0].further == {}
+    assert motion.note is None
+    above = GroundMotion(horizon)
+    assert [above.update([track(n, 5.0, 50.0)])[0].further for n in range(2)] == [{}, {}]
+    assert "Frame 0: object 1 is on the horizon" in str(above.note)
 
 
 def test_the_speed_of_an_object_that_the_edge_cuts_is_that_of_before() -> None:

@@ -17,7 +17,7 @@ from motes.cli.parts import part
 from motes.cli.request import Request
 from motes.cli.streams import log
 from motes.cli.track_options import Begin
-from motes.cli.track_units import check_size
+from motes.cli.track_units import check_size, placed_by
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.track import GROUND, Status, Track
@@ -77,7 +77,7 @@ def follow(
             begun = begin(tracker, frame) is not None
         info, seconds = tracker.info if begun else None, time.perf_counter() - clock
         track = info.track if info else Track.nowhere(frame.index, frame.time)
-        placed = [track] if motion is None else motion.update([track])
+        placed = placed_by(motion, [track])
         yield Moment(frame, placed, info, seconds)
 
 
@@ -99,7 +99,7 @@ def track_several(asked: Request[TrackerConfig], regions: Sequence[Sequence[floa
                 point_out_corners(region, frame.width, frame.height)
                 if tracker.info.note is not None:
                     log(tracker.info.note)
-            placed = tracks if motion is None else motion.update(tracks)
+            placed = placed_by(motion, tracks)
             yield Moment(frame, placed, None, seconds)
 
     with asked.frames.open(asked.source) as film:

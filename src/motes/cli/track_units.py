@@ -1,7 +1,8 @@
-"""Real units of one target: their options, and a check of the lens."""
+"""Real units: their options, a check of the lens, and what is said of places."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,9 +11,10 @@ from cyclopts import Group
 from motes.cli.option_groups import options
 from motes.cli.streams import log
 from motes.core.errors import ConfigError, counted
+from motes.core.track import Track
 
 if TYPE_CHECKING:
-    from motes.mot.analytics.real_units import RealUnits
+    from motes.mot.analytics.real_units import GroundMotion, RealUnits
 
 
 @options(Group("Real units", sort_key=2))
@@ -89,3 +91,13 @@ def check_size(units: RealUnits | None, film: str, width: int, height: int) -> N
     if lost := sum(lens.undistorted(corner) is None for corner in corners):
         log(f"The lens has no places for {counted(lost, 'corner')} of {film}; rows have no "
             f"metres there.")  # fmt: skip
+
+
+def placed_by(motion: GroundMotion | None, tracks: Sequence[Track]) -> Sequence[Track]:
+    """Return tracks with their places on the ground, if asked for; say when one has none."""
+    if motion is None:
+        return tracks
+    before, placed = motion.note, motion.update(tracks)
+    if motion.note not in (None, before):
+        log(motion.note)
+    return placed

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 from motes.cli.frame_loop import Moment, Sink, Tally, run
 from motes.cli.streams import log
+from motes.cli.track_units import placed_by
 from motes.core.errors import MotesError, counted
 from motes.core.frame import Frame
 from motes.core.track import Track
@@ -57,7 +58,7 @@ def counted_moments(
         for frame, tracks in found:
             named = [each for each in tracks if each.identity != ANONYMOUS]
             events = counter.update(named, frame.time)
-            placed = tracks if motion is None else motion.update(tracks)
+            placed = placed_by(motion, tracks)
             before, last = last, Moment(frame, placed, None, 0.0, events, counter.undecided)
             if before is not None:
                 yield before

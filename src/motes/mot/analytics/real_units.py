@@ -112,11 +112,17 @@ class GroundMotion:
         Width and height of the picture. Where its edge cuts the box of a detected object, what is
         left moves otherwise than the object does: then the speed is that of before, if there is
         one. None for a target whose ellipse is followed.
+
+    Attributes
+    ----------
+    note
+        One line about the first object that is seen and has no place; None before.
     """
 
     def __init__(self, units: RealUnits, size: tuple[int, int] | None = None) -> None:
         self._units, self._size = units.corrected(), size
         self._known: dict[int, tuple[deque[Seen], tuple[float, float]]] = {}
+        self.note: str | None = None
 
     def update(self, tracks: Iterable[Track]) -> list[Track]:
         """Return the tracks of a frame with their places on the ground, where they are seen."""
@@ -128,6 +134,12 @@ class GroundMotion:
                 past.clear()
             if seen is None:
                 speed = NO_SPEED
+                if each.status is Status.TRACKING and self.note is None:
+                    self.note = (
+                        f"Frame {each.frame}: object {each.identity} is on the horizon of the "
+                        f"ground or above it, or where the lens sees nothing; such rows have no "
+                        f"metres."
+                    )
             elif not cut:
                 past.append(seen)
                 while len(past) > LEAST_POINTS and seen.time - past[0].time > SPEED_OVER:
