@@ -26,6 +26,7 @@ from motes_lab.datasets.mot_rows import MotRows
 from motes_lab.mot_scores import MotEvaluation, MotOutcome
 from motes_lab.protocols.mot import MotPass, Tracks, load_tracks, save_tracks
 from motes_lab.protocols.sot import Start
+from motes_lab.report import mot_sections
 from motes_lab.runner import Pass, plan, run, unfinished
 
 INFO = SequenceInfo("film", 12, 25, 160, 120)
@@ -354,3 +355,11 @@ def test_sequences_are_combined_and_not_averaged() -> None:
     assert evaluation.finished("bad", "mot") == ["long"]
     assert evaluation.mean("bad", "mot", "mota").mean == 1
     assert np.isnan(evaluation.mean("bad", "mot", "mota", ["short"]).mean)
+
+
+def test_what_goes_wrong_has_a_table_of_its_own() -> None:
+    tables = {table.title: table for table in mot_sections.tables(MotEvaluation(OUTCOMES))}
+    wrong = tables["What goes wrong on each sequence"]
+    assert wrong.head[2:] == ("handed over", "exchanged", "ghosts", "doubled", "merged", "late")
+    assert [[cell.text for cell in row[:2]] for row in wrong.rows][-1] == ["bad", "long"]
+    assert tables["Each tracker on each sequence"].head[-1] == "mostly lost"

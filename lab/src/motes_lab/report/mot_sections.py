@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from motes_lab.report.tables import Cell, Table, number, three_digits
 
 MOT = "mot"
 
+SIZES = {"frames": ("frames", 0), "objects": ("objects", 0), "boxes": ("boxes", 0)}
 MEASURES = {
     "HOTA": ("hota", 3),
     "DetA": ("deta", 3),
@@ -46,7 +47,8 @@ def tables(evaluation: MotEvaluation) -> list[Table]:
     return [
         overall(evaluation),
         sections.per_sequence(evaluation, MOT),
-        details(evaluation),
+        each(evaluation, "Each tracker on each sequence", SIZES | MEASURES),
+        each(evaluation, "What goes wrong on each sequence", ERRORS),
         sections.times(evaluation, MOT),
     ]
 
@@ -80,10 +82,8 @@ def _number(
     return number(mean, digits or int(np.isfinite(mean.deviation)))
 
 
-def details(evaluation: MotEvaluation) -> Table:
+def each(evaluation: MotEvaluation, title: str, columns: Mapping[str, tuple[str, int]]) -> Table:
     """Return a table with a row for each tracker on each sequence that it finished."""
-    columns = {"frames": ("frames", 0), "objects": ("objects", 0), "boxes": ("boxes", 0)}
-    columns |= MEASURES | ERRORS
     rows = [
         (
             Cell(tracker),
@@ -94,7 +94,7 @@ def details(evaluation: MotEvaluation) -> Table:
         for sequence in evaluation.finished(tracker, MOT)
     ]
     return Table(
-        "Each tracker on each sequence",
+        title,
         ("tracker", "sequence", *columns),
         rows,
         note="Mean ± standard deviation over seeds. More is in results.csv.",
