@@ -1,4 +1,4 @@
-"""Make the picture of docs/default-tracker.md: what two experts see while a rival is followed."""
+"""Make the picture of docs/default-tracker.md: the beliefs of look-alikes, and what experts see."""
 
 from __future__ import annotations
 
@@ -6,17 +6,19 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from gallery_commands import side_by_side
-from gallery_films import KINDS
 from motes import Discriminative, Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Bytes, Floats
 from motes.cues.correlation_filter import sample_response
 from motes.cues.search_window import CELL_SIZE
 from motes.output.overlay import draw, font
+from motes.sot.discriminative.expert import probability
+from motes.sot.discriminative.identity import GAIN, distances, look_at
 from motes.sot.discriminative.state import DiscriminativeState
+from motes.synthetic import Pitch
 
-MOMENT = 56
-"""The frame that is shown: one of the team passes the player."""
+MOMENT = 48
+"""The frame that is shown: two of the team are beside the player."""
 PART = 200, 150
 """Width and height of the part of the film that is shown."""
 ZOOM = 2
@@ -56,6 +58,13 @@ def glowing(pixels: Bytes, response: Floats) -> Bytes:
     return out
 
 
+def belief_of(state: DiscriminativeState, frame: Frame, place: Ellipse) -> float:
+    """Return the belief in the target if a frame alone told it, and it were at a place."""
+    known, look = state.identity, look_at(frame, place)
+    own = distances(np.vstack([known.first, known.known]), look).min()
+    return probability(GAIN * float(distances(known.neighbors, look).min() - own))
+
+
 def part_of(pixels: Bytes, words: str, place: Ellipse) -> Bytes:
     """Return the part of a picture around a place, enlarged, with words on it."""
     width, height = PART
@@ -69,12 +78,11 @@ def part_of(pixels: Bytes, words: str, place: Ellipse) -> Bytes:
 
 
 def picture() -> Bytes:
-    """Return the frame with both places, and what the near window and the confined filter see."""
-    (film,) = (kind.film for kind in KINDS if kind.name == "crowd")
+    """Return a frame with the beliefs of all who are there, and what both filters respond to."""
     config, rng = Discriminative(), np.random.default_rng(0)
-    for frame, truth in film():
+    for frame, truths in Pitch():
         if not frame.index:
-            state, _ = config.init(rng, frame, truth.ellipse)
+            state, _ = config.init(rng, frame, truths[0].ellipse)
             continue
         before = state
         state, info = config.step(rng, state, frame)
@@ -83,13 +91,15 @@ def picture() -> Bytes:
     height, width = frame.pixels.shape[:2]
     points = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1).reshape(-1, 2)
     near, wide = responses(config, before, frame, points.astype(float))
-    drawn = draw(frame.pixels, info.track, particles=info.ellipses, weights=info.weights, label="")
-    shown = Image.fromarray(drawn)
-    rival = state.rival.place
-    box = rival.x - rival.a, rival.y - rival.b, rival.x + rival.a, rival.y + rival.b
-    ImageDraw.Draw(shown).ellipse(box, outline=GLOW, width=2)
+    shown = Image.fromarray(draw(frame.pixels, info.track, label=""))
+    pen = ImageDraw.Draw(shown)
+    for x, y, a, b, _ in (truth.ellipse for truth in truths[1:]):
+        pen.rectangle((x - a, y - b, x + a, y + b), outline=GLOW)
+    for place in (truth.ellipse for truth in truths):
+        above, words = (place.x, place.y - place.b), f"{belief_of(state, frame, place):.2f}"
+        pen.text(above, words, "white", font(9), "mb", stroke_width=1, stroke_fill="black")
     parts = (
-        (np.array(shown), f"confidence {info.track.confidence:.2f}"),
+        (np.array(shown), "beliefs"),
         (glowing(frame.pixels, near.reshape(height, width)), "near window"),
         (glowing(frame.pixels, wide.reshape(height, width)), "confined filter"),
     )
