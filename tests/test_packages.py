@@ -1,0 +1,48 @@
+"""What others build and install motes by, which no test installs: recipes and workflows."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+ROOT = Path(__file__).parents[1]
+WORKFLOWS = sorted((ROOT / ".github/workflows").glob("*.yml"))
+
+
+def project(folder: str) -> dict[str, Any]:
+    """Return what the `pyproject.toml` of a folder says of its distribution."""
+    found: dict[str, Any] = tomllib.loads((ROOT / folder / "pyproject.toml").read_text("utf-8"))
+    return found["project"]  # type: ignore[no-any-return]
+
+
+def steps(workflow: Path) -> list[dict[str, Any]]:
+    jobs = yaml.safe_load(workflow.read_text("utf-8"))["jobs"]
+    return [step for job in jobs.values() for step in job["steps"]]
+
+
+@pytest.mark.parametrize("workflow", WORKFLOWS, ids=lambda path: path.stem)
+def test_actions_are_named_by_their_hashes(workflow: Path) -> None:
+    used = [step["uses"] for step in steps(workflow) if "uses" in step]
+    assert used
+    assert all(re.fullmatch(r"[\w/-]+@[0-9a-f]{40}", each) for each in used)
+
+
+def test_workflows_install_all_that_is_not_published_from_the_checkout() -> None:
+    lines = [step["run"] for path in WORKFLOWS for step in steps(path) if "run" in step]
+    found = 0
+    for line in lines:
+        given = re.findall(r"--editable \"?([\w./]+)(?:\[([\w,]+)\])?", line)
+        wanted, here = set[str](), {project(folder)["name"] for folder, _ in given}
+        for folder, extras in given:
+            of = project(folder)
+            extra = (of["optional-dependencies"][name] for name in extras.split(",") if name)
+            wanted.update(*extra, of["dependencies"])
+        found += bool(given)
+        ours = {re.match(r"[\w-]+", each)[0] for each in wanted if each.startswith("motes")}  # type: ignore[index]
+        assert ours <= here, line
+    assert found == 2
