@@ -25,6 +25,16 @@ def steps(workflow: Path) -> list[dict[str, Any]]:
     return [step for job in jobs.values() for step in job["steps"]]
 
 
+def test_the_conda_recipe_asks_for_what_the_library_asks_for() -> None:
+    recipe = yaml.safe_load((ROOT / "conda/recipe.yaml").read_text("utf-8"))
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text("utf-8"))
+    library = project(".")
+    assert recipe["package"] == {"name": "motes", "version": library["version"]}
+    assert citation["version"] == library["version"]
+    asked = [f"python{library['requires-python']}", *library["dependencies"]]
+    assert [each.replace(" ", "") for each in recipe["requirements"]["run"]] == asked
+
+
 @pytest.mark.parametrize("workflow", WORKFLOWS, ids=lambda path: path.stem)
 def test_actions_are_named_by_their_hashes(workflow: Path) -> None:
     used = [step["uses"] for step in steps(workflow) if "uses" in step]
