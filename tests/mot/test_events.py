@@ -58,6 +58,9 @@ def test_events_of_one_visit() -> None:
     assert (events[-1].x, events[-1].y) == (110, 40)  # where it was last seen
     assert told(counting, seen(14, (0, 0), Status.LOST)) == []
     assert counting.counts[0, "crosses", "gate", "in", ""] == 1
+    once = ("appears", "gate in", "zone 1 enters", "zone 1 leaves", "disappears")
+    assert counting.totals == dict.fromkeys(once, 1)
+    assert places.totals == ["gate in", "gate out", "zone 1 enters", "zone 1 leaves"]
     assert counting.counts.total() == 5
 
 

@@ -23,7 +23,7 @@ def painted_scene(places: Regions) -> Paint:
     """Return what paints several objects, the time, and the crossings, entries and exits so far."""
     painter = ScenePainter(places)
 
-    return lambda moment: painter.painted(moment.frame, moment.tracks, moment.events)
+    return lambda moment: painter.painted(moment.frame, moment.tracks, moment.totals)
 
 
 def painted_target(*, metres: bool) -> Paint:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import sys
 import time
 from abc import abstractmethod
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, closing, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol, Self
 
 from motes.cli.exit_codes import DONE, NOT_FOUND
@@ -119,6 +119,8 @@ class Moment:
     """What several objects do."""
     undecided: int | None = None
     """The first frame that may still get an event; None if no frame so far may."""
+    totals: Mapping[str, int] = field(default_factory=dict)
+    """Number of events so far, as `EventCounter.totals`."""
 
     @property
     def rows(self) -> FrameRow:

@@ -58,14 +58,16 @@ def counted_moments(
         for frame, tracks in found:
             named = [each for each in tracks if each.identity != ANONYMOUS]
             events = counter.update(named, frame.time)
-            placed = placed_by(motion, tracks)
-            before, last = last, Moment(frame, placed, None, 0.0, events, counter.undecided)
+            placed, totals = placed_by(motion, tracks), dict(counter.totals)
+            moment = Moment(frame, placed, None, 0.0, events, counter.undecided, totals)
+            before, last = last, moment
             if before is not None:
                 yield before
     except (MotesError, KeyboardInterrupt) as raised:
         end = raised
     if last is not None:
-        yield replace(last, events=[*last.events, *counter.finish()])
+        events = [*last.events, *counter.finish()]
+        yield replace(last, events=events, totals=counter.totals)
     if end is not None:
         raise end
 

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections import Counter, deque
-from collections.abc import Sequence
+from collections import deque
+from collections.abc import Mapping, Sequence
 from math import isfinite, nan
 
 from motes.core.frame import Frame
 from motes.core.track import ROUNDING, Status, Track
 from motes.core.types import Bytes, Floats
-from motes.mot.analytics.event import Event
 from motes.mot.analytics.regions import Regions
 from motes.output.overlay import describe, draw
 from motes.output.scene_overlay import Point, draw_scene
 
 TRAIL = 50
 """Frames of a trail."""
+NOTHING: Mapping[str, int] = {}
 NOWHERE = (nan, nan)
 """In a trail, the place of a target that is not seen."""
 
@@ -53,12 +53,13 @@ class ScenePainter:
     """
 
     def __init__(self, places: Regions) -> None:
-        self._places = places
+        self._places, self._counted = places, sorted({*places.totals})
         self._trails: dict[int, deque[Point]] = {}
-        self._totals: Counter[str] = Counter()
 
-    def painted(self, frame: Frame, tracks: Sequence[Track], events: Sequence[Event] = ()) -> Bytes:
-        """Return the next frame with all of this on it, and with the events up to it."""
+    def painted(
+        self, frame: Frame, tracks: Sequence[Track], totals: Mapping[str, int] = NOTHING
+    ) -> Bytes:
+        """Return the next frame with all of this on it, and the totals of lines and zones."""
         # A detection without an identity has no past.
         here = {each.identity for each in tracks if each.identity > 0}
         self._trails = {
@@ -67,12 +68,9 @@ class ScenePainter:
         for each in (each for each in tracks if each.identity in here):
             trail = self._trails.setdefault(each.identity, deque(maxlen=TRAIL))
             trail.append(each.box.foot if each.status is Status.TRACKING else NOWHERE)
-        for event in events:
-            if event.event in ("crosses", "enters", "leaves"):
-                self._totals[event.total] += 1
         minutes, seconds = divmod(int(frame.time), 60)
-        totals = [f"{what} {count}" for what, count in sorted(self._totals.items())]
-        caption = [f"{minutes}:{seconds:02}", *totals]
+        passed = [f"{name} {totals[name]}" for name in self._counted if name in totals]
+        caption = [f"{minutes}:{seconds:02}", *passed]
         every = {each.identity: each.number("speed") for each in tracks}
         notes = {name: speed_label(speed) for name, speed in every.items() if isfinite(speed)}
         return draw_scene(frame.pixels, tracks, self._trails, self._places, caption, notes)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -51,16 +50,14 @@ def config_of(watch: Watch) -> WatchConfig:
 def scene_parts(film: Film, config: WatchConfig, places: Regions, seed: int) -> Iterator[ScenePart]:
     """Yield a part for each frame of a film, and one with the events that are still open then."""
     scene = Scene(config.detector.detector(), config, seed)
-    counter, totals = EventCounter(places, (film.width, film.height)), Counter[str]()
+    counter = EventCounter(places, (film.width, film.height))
     last = len(film.times) - 1
     scene.prepare(film.forward(0, last))
 
     def part(rows: list[FrameRow], events: list[Event]) -> ScenePart:
-        totals.update(event.total for event in events)
         fields = [event.fields() for event in events]
-        return ScenePart(
-            [row.to_dict() for row in rows], fields, scene.created - scene.terminated, dict(totals)
-        )
+        here = scene.created - scene.terminated
+        return ScenePart([row.to_dict() for row in rows], fields, here, dict(counter.totals))
 
     for frame, tracks in scene.watch(film.forward(0, last), ahead=False):
         row = FrameRow(frame.index, frame.time, tuple(tracks))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import secrets
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
@@ -42,7 +41,7 @@ class SentEvents(Sink):
         if len(set(self._names)) < len(self._names):
             raise ConfigError("Two addresses of --events are the same; give each once.")
         self._path, self._source = queue, without_password(source)
-        self._regions, self._totals = regions, Counter[str]()
+        self._regions = regions
         self._queue: MessageQueue | None = None
         self._deliveries: list[Delivery] = []
         self._objects = -1
@@ -56,10 +55,9 @@ class SentEvents(Sink):
         if moment.events:
             bodies = [message(event, self._source) for event in moment.events]
             self._queue.put(self._names, bodies)
-        self._totals.update(event.total for event in moment.events)
         if moment.events or len(moment.tracks) != self._objects:
             self._objects = len(moment.tracks)
-            numbers = state(self._objects, self._totals, self._regions)
+            numbers = state(self._objects, moment.totals, self._regions)
             for receiver in self._receivers:
                 if isinstance(receiver, Mqtt):
                     receiver.set_state(numbers)
@@ -123,9 +121,7 @@ def state(objects: int, totals: Mapping[str, int], regions: Regions) -> str:
 
     They are that of objects in the picture, and the totals (`Event.total`) of lines and zones.
     """
-    names = [f"{name} {label}" for name, line in regions.lines.items() for label in line.label]
-    names += [f"{name} {what}" for name in regions.zones for what in ("enters", "leaves")]
-    numbers = {_key(name): totals.get(name, 0) for name in names}
+    numbers = {_key(name): totals.get(name, 0) for name in regions.totals}
     return msgspec.json.encode({"objects": objects, **numbers}).decode()
 
 

@@ -91,6 +91,8 @@ class EventCounter:
 
     counts: Counter[tuple[int, str, str, str, str]]
     """Number of events for each (minute, event, place, direction, class)."""
+    totals: Counter[str]
+    """Number of events for each `Event.total`, such as `line 1 left`."""
 
     def __init__(self, places: Regions | None = None, size: tuple[int, int] | None = None) -> None:
         if places is not None and not isinstance(places, Regions):
@@ -111,7 +113,7 @@ class EventCounter:
         self._walks: dict[int, Trajectory] = {}
         self._ended: list[Trajectory] = []
         self._turn = 0
-        self.counts = Counter()
+        self.counts, self.totals = Counter(), Counter()
         self.left_out = Counter[tuple[str, str]]()
         self.abrupt = Counter[str]()
         self.turns = Counter[tuple[str, str]]()
@@ -215,6 +217,7 @@ class EventCounter:
         for event in events:
             key = event.event, event.place or "", event.direction or "", event.label or ""
             self.counts[(int(event.time // MINUTE), *key)] += 1
+            self.totals[event.total] += 1
         return events
 
     def _begin(self, foot: Point, time: float, limit: float, upon: set[str]) -> Trajectory:

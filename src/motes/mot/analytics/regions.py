@@ -159,6 +159,12 @@ class Regions(Config, frozen=True):
         """Zones by name, likewise."""
         return dict(zip(self._names("zone", self.zone), self.zone, strict=True))
 
+    @property
+    def totals(self) -> list[str]:
+        """What passes are counted as (`Event.total`): a name for each side of a line, and zone."""
+        sides = [f"{name} {label}" for name, line in self.lines.items() for label in line.label]
+        return sides + [f"{name} {what}" for name in self.zones for what in ("enters", "leaves")]
+
     @staticmethod
     def _names(kind: str, places: Sequence[Line | Zone]) -> list[str]:
         return [each.name or f"{kind} {i}" for i, each in enumerate(places, start=1)]
