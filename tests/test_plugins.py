@@ -243,7 +243,7 @@ def test_scenes_take_them_too(installed: Path) -> None:
     assert len(named_detector("bright")(CLIP[0][0])) <= 1
     with pytest.raises(
         ConfigError,
-        match=r"A detector is mog2, .*people, faces, bright, MODULE:CALLABLE, or .*onnx or \.txt",
+        match=r"A detector is background, .*people, faces, bright, MODULE:CALLABLE, or an .onnx",
     ):
         named_detector("brihgt")
     with pytest.raises(ConfigError, match=r"Config tracker\.hue\.bins: got 'x'; it takes integer"):

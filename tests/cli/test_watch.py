@@ -206,7 +206,7 @@ def test_frames_after_the_last_object_stay_in_what_is_made_of_rows(go: Go) -> No
         (
             "FILM --detector yolo",
             2,
-            "mog2, people, faces, MODULE:CALLABLE, or an .onnx or .txt file",
+            "background, people, faces, MODULE:CALLABLE, or an .onnx or .txt file",
         ),
         ("FILM --dwell 3", 2, "--dwell is for zones"),
         ("FILM --zone 1,2,3,4", 2, "--zone takes x,y,x,y,x,y"),

@@ -94,7 +94,7 @@ def rigs() -> list[bytes]:
         b"""[[camera]]
 name = "hall"
 source = "hall.mp4"
-detector = "mog2"
+detector = "background"
 place = [{name = "door", box = [0, 0, 20, 40]}]
 
 [[camera]]

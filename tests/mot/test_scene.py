@@ -217,7 +217,7 @@ def test_a_motion_that_is_no_homography_is_refused(motion: Any) -> None:
 # Rendered, from pixels alone
 
 
-@pytest.mark.parametrize("detector", [None, 3, "mog2", BackgroundDetector])
+@pytest.mark.parametrize("detector", [None, 3, "background", BackgroundDetector])
 def test_what_is_no_detector_is_refused_at_once(detector: Any) -> None:
     with pytest.raises(ConfigError, match=r"BackgroundDetector\(\); got"):
         Scene(detector)

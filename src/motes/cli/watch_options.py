@@ -35,16 +35,15 @@ class ObjectOptions:
     """The objects that are tracked."""
 
     detector: Annotated[FileName | None, Parameter(accepts_keys=False)] = None
-    """Detector: mog2 (objects that move before a background), people, faces, an .onnx file,
-    MODULE:CALLABLE, or a .txt file of detections in the format of the MOTChallenge. The default is
-    mog2."""
+    """Detector: background (what moves before one), people, faces, an .onnx file, MODULE:CALLABLE,
+    or a .txt file of detections in the format of the MOTChallenge. The default is background."""
     classes: str | None = None
     """Track only objects of these classes of the detector: person,car,..."""
     least: Annotated[float | None, HYPHEN] = None
     """Lowest score of detections that are used."""
     camera: Literal["auto", "still", "moving"] | None = None
     """Whether the camera is still or moving. By default, auto, it is followed while it moves; but
-    mog2 needs a still one, unless it is said to be moving: then the background moves along."""
+    a background needs a still one, unless it is said to be moving: then it moves along."""
 
     def selection(self) -> dict[str, Any]:
         """Return the keys of the configuration that --classes, --least and --camera set."""

@@ -34,10 +34,6 @@ DETECTORS = Registry[type[DetectorConfig]](
 )
 
 
-MOG2 = "mog2"
-"""The name of the background, a mixture of Gaussians: Zivkovic's, as OpenCV calls it."""
-
-
 class WatchConfig(SceneConfig, frozen=True):
     """A scene, and the detector of its objects."""
 
@@ -75,7 +71,7 @@ def detector_values(name: str | None) -> dict[str, Any]:
     Raises a ConfigError if no detector has that name, or the TOML file beside an ONNX file is not
     valid; and a SourceError if the latter cannot be read.
     """
-    if name in (None, MOG2):
+    if name is None:
         return {"type": "background"}
     if name.endswith(".txt"):
         return {"type": "recorded", "file": name}
@@ -85,16 +81,15 @@ def detector_values(name: str | None) -> dict[str, Any]:
         return {"type": "callable", "name": name}
     if name in DETECTORS and _chosen_by_name(DETECTORS.resolve(name)):
         return {"type": name}
-    named = [other for other, kind in DETECTORS.usable().items() if _chosen_by_name(kind)]
-    known = ", ".join([MOG2, *named])
+    known = ", ".join(name for name, kind in DETECTORS.usable().items() if _chosen_by_name(kind))
     raise ConfigError(
         f"A detector is {known}, MODULE:CALLABLE, or an .onnx or .txt file; got {name!r}."
     )
 
 
 def _chosen_by_name(kind: Any) -> bool:
-    """Return whether a detector is chosen by its name alone; a background is by `MOG2`."""
-    return kind is not BackgroundConfig and not any(field.required for field in fields(kind))
+    """Return whether a detector is chosen by its name alone."""
+    return not any(field.required for field in fields(kind))
 
 
 def check_code(detector: str | None, allowed: bool) -> None:

@@ -120,7 +120,7 @@ class Redo(_Command, frozen=True, tag="redo"):
 class Watch(_Command, frozen=True, tag="watch"):
     """Track all that moves, as `motes watch`. The reply has the job."""
 
-    detector: Literal["mog2", "people", "faces"] = "mog2"
+    detector: Literal["background", "people", "faces"] = "background"
     preset: Name = "nummiaro:adaptive"
     config: Toml | None = None
     seed: Number = 0

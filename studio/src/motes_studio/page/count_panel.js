@@ -6,7 +6,7 @@ import { endGround } from "./places.js";
 import { trackerChoice } from "./trackers.js";
 
 const DETECTORS = [
-  ["mog2", "Motion, MOG2"],
+  ["background", "Motion"],
   ["people", "People"],
   ["faces", "Faces"],
 ];
