@@ -42,9 +42,9 @@ def save(shown: Shown, name: str) -> None:
     print(path)
 
 
-def sample(shown: Shown, preset: str = "default") -> None:
-    """Open the sample film, draw the target, and track it."""
-    shown.page.get_by_role("button", name="Open the sample film").click()
+def sample(shown: Shown, preset: str = "default", button: str = "Open the sample film") -> None:
+    """Open the sample film by a button, draw the target, and track it."""
+    shown.page.get_by_role("button", name=button).first.click()
     shown.until("s.pictured === 0")
     x, y, a, b = TARGET
     shown.draw((x - a, y - b), (x + a, y + b), key="e")
@@ -66,7 +66,7 @@ def one_object(browser: Browser, address: str) -> None:
         shown.until("s.doubtful !== null && s.pictured === s.doubtful")
         save(shown, "doubts")
     with page(browser, address, "light") as shown:
-        sample(shown, "nummiaro")
+        sample(shown, "nummiaro", "New session of ")
         shown.page.keyboard.press("c")
         save(shown, "command")
 
