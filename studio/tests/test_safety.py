@@ -172,6 +172,8 @@ def test_uploads(client: httpx.Client, tmp_path: Path) -> None:
         client.post("/api/uploads?name=x.m3u8", content=b"0")
     )
     assert "name" in error(client.post("/api/uploads", content=b"0"))
+    said = error(client.post("/api/sessions", content=b"{"))
+    assert said.startswith("The request cannot be read: ")
     names = {each["name"] for each in client.get("/api/films").json() if each["uploaded"]}
     assert names == {"mine.mkv", again["name"]}
 

@@ -112,7 +112,7 @@ def _plain(answer: Endpoint) -> Endpoint:
                 return await _while_wanted(request, answer)
             return await answer(request)
         except (msgspec.MsgspecError, RecursionError) as error:
-            return _refused(f"This request is none: {error}.", 400)
+            return _refused(f"The request cannot be read: {error}.", 400)
         except MotesError as error:
             return _refused(str(error), SOON if isinstance(error, LaterError) else 400)
         except ClientDisconnect:
