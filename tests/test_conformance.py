@@ -23,7 +23,7 @@ from motes.sot.filtering.motion import MOTIONS, EllipseWalk, Motion
 from motes.testing import check_cue, check_detector, check_motion
 
 
-@pytest.mark.parametrize("name", CUES.known())
+@pytest.mark.parametrize("name", CUES.names())
 def test_cues(name: str) -> None:
     kind: Any = CUES.resolve(name)
     check_cue(kind())
@@ -41,7 +41,7 @@ def test_variants_of_cues(cue: Cue) -> None:
     check_cue(cue)
 
 
-@pytest.mark.parametrize("name", MOTIONS.known())
+@pytest.mark.parametrize("name", MOTIONS.names())
 def test_motion_models(name: str) -> None:
     kind: Any = MOTIONS.resolve(name)
     check_motion(kind())

@@ -95,10 +95,10 @@ def go(film: tuple[str, str], installed: Path, here: Path, capfd: pytest.Capture
 
 @pytest.mark.slow
 def test_they_are_known_and_keep_the_rules(installed: Path) -> None:
-    assert CUES.known()[-1] == "hue"
-    assert MOTIONS.known()[-1] == "drift"
-    assert DETECTORS.known()[-1] == "bright"
-    assert EXPERTS.known()[-1] == "patch"
+    assert CUES.names()[-1] == "hue"
+    assert MOTIONS.names()[-1] == "drift"
+    assert DETECTORS.names()[-1] == "bright"
+    assert EXPERTS.names()[-1] == "patch"
     check_cue(CUES.resolve("hue")())
     check_motion(MOTIONS.resolve("drift")())
     check_detector(DETECTORS.resolve("bright")())
@@ -350,4 +350,4 @@ def test_two_packages_with_one_name(site: Path) -> None:
 def test_a_package_takes_no_name_of_ours(site: Path) -> None:
     install(site, "motes-one", {"motes.cues": {"color": "motes_hue:Hue"}})
     with pytest.raises(PluginError, match="package motes-one adds a cue 'color', which motes has"):
-        CUES.known()
+        CUES.names()

@@ -80,7 +80,7 @@ def test_changes_behind_an_undo_are_forgotten(tmp_path: Path) -> None:
     for place in (1, 2, 3):
         store.change(name, place, Document(following=place + 1))
     store.go(name, 1)
-    assert (store.known(name)[2], store.last_place(name)) == (1, 3)
+    assert (store.session(name)[2], store.last_place(name)) == (1, 3)
     store.change(name, 2, Document(following=9))
     assert store.last_place(name) == 2
     assert store.document(name, 2).following == 9
@@ -93,7 +93,7 @@ def test_changes_behind_an_undo_are_forgotten(tmp_path: Path) -> None:
     store.remove(name)
     assert store.parts(name, "key") == b""
     with pytest.raises(FormatError, match="no such session"):
-        store.known(name)
+        store.session(name)
     store.close()
 
 

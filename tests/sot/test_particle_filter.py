@@ -140,7 +140,7 @@ def kalman(motion: RandomWalk | ConstantVelocity) -> tuple[Floats, Floats, float
 @pytest.mark.parametrize("motion", MODELS, ids=["random_walk", "constant_velocity"])
 @pytest.mark.parametrize(
     ("scheme", "threshold"),
-    [(name, 1.0) for name in RESAMPLINGS.known()] + [("systematic", 0.5), ("multinomial", 0.0)],
+    [(name, 1.0) for name in RESAMPLINGS.names()] + [("systematic", 0.5), ("multinomial", 0.0)],
 )
 def test_means_and_likelihood(
     motion: RandomWalk | ConstantVelocity, scheme: str, threshold: float
@@ -220,7 +220,7 @@ def begun(**changes: Any) -> tuple[ParticleFilter, FilterState]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("scheme", RESAMPLINGS.known())
+@pytest.mark.parametrize("scheme", RESAMPLINGS.names())
 def test_a_search_keeps_a_fair_half(scheme: Any) -> None:
     """Half of the particles go on in proportion to their weights, whatever order they are in."""
     n = 8

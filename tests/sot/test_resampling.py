@@ -23,7 +23,7 @@ from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian
 from motes.sot.filtering.resampling import RESAMPLINGS, KldSampling, Multinomial, Weights
 from motes.sot.particle_filter import ParticleFilter
 
-NAMES = RESAMPLINGS.known()
+NAMES = RESAMPLINGS.names()
 scheme = pytest.mark.parametrize("name", NAMES)
 
 shares = st.lists(st.floats(0, 1), min_size=1, max_size=40).filter(lambda w: sum(w) > 1e-3)

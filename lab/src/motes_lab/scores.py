@@ -260,12 +260,12 @@ def in_order(outcomes: Iterable[E]) -> list[E]:
     sequences = {name: i for i, name in enumerate(dict.fromkeys(o.item.sequence for o in outcomes))}
     protocols = list(PROTOCOL_NAMES)
 
-    def place(outcome: E) -> tuple[int, int, int, int, str, int]:
+    def order(outcome: E) -> tuple[int, int, int, int, str, int]:
         item = outcome.item
         start = protocols.index(item.start.protocol), item.start.frame, item.start.label
         return trackers[item.tracker], sequences[item.sequence], *start, item.seed
 
-    return sorted(outcomes, key=place)
+    return sorted(outcomes, key=order)
 
 
 def write_results(out: Path, outcomes: Iterable[Outcome]) -> None:

@@ -76,9 +76,9 @@ def commands(tokens: Sequence[str]) -> App:
     elif first in PROGRAMS and first not in app:
         raise missing(f"motes {first}", PROGRAMS[first][0])
     else:
-        for name in JOINED.known():
+        for name in JOINED.names():
             if name in PROGRAMS and name not in app:
-                app.command(JOINED.place(name), name=name, help=PROGRAMS[name][1])
+                app.command(JOINED.target(name), name=name, help=PROGRAMS[name][1])
             elif name not in app:
                 with contextlib.suppress(PluginError):  # its own call says what is wrong
                     app.command(JOINED.resolve(name), name=name)

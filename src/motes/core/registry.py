@@ -61,7 +61,7 @@ class Registry(Generic[T]):
         self._own = dict(own)
         _REGISTRIES[base] = self
 
-    def known(self) -> list[str]:
+    def names(self) -> list[str]:
         """Return the names of all implementations: ours, then those of other packages."""
         return [*self._own, *sorted(self._added())]
 
@@ -83,18 +83,18 @@ class Registry(Generic[T]):
             return own
         entry = self._added().get(name)
         if entry is None:
-            known = ", ".join(self.known())
+            known = ", ".join(self.names())
             raise ConfigError(f"There is no {self.kind} {name!r}; known are {known}.")
         return self._load(entry)
 
-    def place(self, name: str) -> str:
+    def target(self, name: str) -> str:
         """Return where another package has the implementation of a name, as `module:Class`."""
         return self._added()[name].value
 
     def usable(self) -> dict[str, T]:
         """Return all implementations that can be loaded, by name: the ones to choose from."""
         found: dict[str, T] = {}
-        for name in self.known():
+        for name in self.names():
             with contextlib.suppress(PluginError):
                 found[name] = self.resolve(name)
         return found

@@ -297,7 +297,7 @@ class _Clock:
         note = f"annotated at {rate:g} frames a second, and the film has {fps:g}: mapped by time."
         return cls(rate, fps, facts.times, known or round(count / rate * fps), [note])
 
-    def place(self, frame: int) -> float:
+    def index(self, frame: int) -> float:
         """Return the place of a frame among those of the film, which count from 0."""
         if self.rate is None:
             return float(frame - 1)
@@ -316,13 +316,13 @@ def _frames(value: Value, facts: FilmFacts, clock: _Clock) -> dict[int, tuple[El
     ordered = sorted(value.sequence, key=lambda each: each.frame)
     found: dict[int, tuple[Ellipse, bool]] = {}
     for key, after in zip(ordered, [*ordered[1:], None], strict=True):
-        start, begin = _numbers(key), clock.place(key.frame)
+        start, begin = _numbers(key), clock.index(key.frame)
         first = round(begin)
         with at(f"keyframe of frame {key.frame}"):
             found[first] = _ellipse(start, facts), True
         if not key.enabled:
             continue
-        end = float(max(first + 1, clock.end)) if after is None else clock.place(after.frame)
+        end = float(max(first + 1, clock.end)) if after is None else clock.index(after.frame)
         step = (_numbers(after or key) - start) / max(end - begin, 1e-9)
         for frame in frames_between(first, max(first, round(end))):
             place = start + min(max(frame - begin, 0.0), end - begin) * step

@@ -99,7 +99,7 @@ class ParticleFilter(Algorithm[FilterState], Config, frozen=True, dict=True, tag
     def __post_init__(self) -> None:
         super().__post_init__()
         if not self.cues:
-            raise ConfigError(f"A particle filter needs a cue: {', '.join(CUES.known())}.")
+            raise ConfigError(f"A particle filter needs a cue: {', '.join(CUES.names())}.")
         check_extra_names(self)
         self._check_cues_named()
 

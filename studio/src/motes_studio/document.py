@@ -318,7 +318,7 @@ def renumbered(document: Document, before: Sequence[float], times: Sequence[floa
     The times of the frames were `before`, and are now `times`.
     """
 
-    def place(frame: int) -> int:
+    def nearest(frame: int) -> int:
         after = bisect.bisect_left(times, before[frame], hi=len(times) - 1)
         earlier = after > 0 and before[frame] - times[after - 1] < times[after] - before[frame]
         return after - earlier
@@ -326,10 +326,10 @@ def renumbered(document: Document, before: Sequence[float], times: Sequence[floa
     targets = (
         replace(
             each,
-            first=place(each.first),
-            last=place(each.last),
-            keys={place(frame): region for frame, region in each.keys.items()},
-            absent=tuple((place(first), place(last)) for first, last in each.absent),
+            first=nearest(each.first),
+            last=nearest(each.last),
+            keys={nearest(frame): region for frame, region in each.keys.items()},
+            absent=tuple((nearest(first), nearest(last)) for first, last in each.absent),
         )
         for each in document.targets
     )

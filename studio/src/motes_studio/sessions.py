@@ -53,7 +53,7 @@ class LiveSession:
     ) -> None:
         self.name, self.path = name, path
         self._store, self._limits = store, limits
-        self._film, _, self._place, tracked = store.known(name)
+        self._film, _, self._place, tracked = store.session(name)
         self._tracked = set(tracked)
         self.document = store.document(name, self._place)
         self._last = store.last_place(name)

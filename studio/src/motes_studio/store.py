@@ -106,7 +106,7 @@ class Store:
         with self._change():
             self._base.execute("DELETE FROM session WHERE id = ?", (session,))
 
-    def known(self, session: str) -> tuple[str, bool, int, list[int]]:
+    def session(self, session: str) -> tuple[str, bool, int, list[int]]:
         """Return a session's film, and whether that is uploaded; its place; the tracked objects.
 
         The place is that of its document among all. Raise a FormatError if there is no session.

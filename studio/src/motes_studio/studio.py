@@ -67,11 +67,11 @@ class Studio:
             If there is none, its film cannot be read, or too many are open.
         """
         if name not in self._open:
-            self.store.known(name)  # a name that is none leaves no trace
+            self.store.session(name)  # an unknown name leaves no trace
         self._used[name] = time.monotonic()
         async with self._locks.setdefault(name, asyncio.Lock()):
             if name not in self._open:
-                film, uploaded, *_ = self.store.known(name)
+                film, uploaded, *_ = self.store.session(name)
                 path = self.films.path(film, uploaded=uploaded)
                 self._make_room()
                 session = LiveSession(
@@ -88,7 +88,7 @@ class Studio:
 
     def remove(self, name: str) -> None:
         """Remove a session, open or not."""
-        self.store.known(name)
+        self.store.session(name)
         if name in self._open:
             self._open.pop(name).close()
         self._used.pop(name, None)

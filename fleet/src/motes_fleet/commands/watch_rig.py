@@ -16,7 +16,7 @@ from motes_fleet.cameras.rig import RigRunner
 from motes_fleet.cameras.rig_config import Rig
 
 
-def picture(report: CameraReport, identities: Mapping[int, int]) -> FrameRow:
+def frame_row(report: CameraReport, identities: Mapping[int, int]) -> FrameRow:
     """Return the rows of a camera's frame, with the identities of the rig."""
     rows = [
         Track(
@@ -75,7 +75,7 @@ def watch_rig(
                 with interrupts.deferred():
                     if isinstance(news, tuple):
                         report, identities = news
-                        rows.add(picture(report, identities))
+                        rows.add(frame_row(report, identities))
                         frames[report.camera] += 1
                         found.update(identities.values())
                     elif isinstance(news, CameraMessage):
