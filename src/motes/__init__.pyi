@@ -48,10 +48,10 @@ from .core.track import Status as Status
 from .core.track import Track as Track
 from .correction.correct import correct as correct
 from .correction.correct import smooth as smooth
+from .correction.doubts import Doubt as Doubt
+from .correction.doubts import doubts as doubts
 from .correction.keyframes import read_keyframes as read_keyframes
 from .correction.refine import refine as refine
-from .correction.suspects import Doubt as Doubt
-from .correction.suspects import doubts as doubts
 from .mot.analytics.events import Event as Event
 from .mot.analytics.events import EventCounter as EventCounter
 from .mot.analytics.ground_plane import Ground as Ground

@@ -19,7 +19,7 @@ from motes.core.geometry import Ellipse, iou
 from motes.core.track import Status, Track
 from motes.correction.coordinates import overlap_probability, variances_told
 from motes.correction.correct import passes_over
-from motes.correction.doubts import ranked
+from motes.correction.gains import ranked
 from motes.correction.join import Stretch
 from motes.correction.keyframes import keyframes_in
 from motes.correction.passes import Course

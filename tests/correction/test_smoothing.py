@@ -8,7 +8,7 @@ import pytest
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.core.types import Floats
-from motes.correction import join, suspects
+from motes.correction import doubts, join
 from motes.correction.coordinates import Coordinates
 from motes.correction.passes import Course
 from motes.correction.smoothing import Drift, Dynamics, fit_motion, outliers, smooth
@@ -145,7 +145,7 @@ def test_how_far_a_target_drifts_goes_by_its_size() -> None:
     def drifted(times: float) -> Floats:
         ellipses = small * [1, 1, times, times, 1]
         course = Course(ellipses, ellipses, np.ones(4), [Status.TRACKING] * 4, ~keys)
-        return suspects._drifted(course, keys)
+        return doubts._drifted(course, keys)
 
     assert (np.diff(drifted(1.0), axis=0) > 0).all()
     assert drifted(3.0) == pytest.approx(drifted(1.0) * [9, 9, 9, 9, 1])

@@ -20,10 +20,10 @@ from motes.cli.streams import log
 from motes.core.errors import FormatError
 from motes.core.files import check_writable, write_whole, writing
 from motes.core.track import Status, Track
+from motes.correction.doubts import Doubt, compare, doubts
 from motes.correction.history import History
 from motes.correction.passes import run_pass
 from motes.correction.rows import KnownRows
-from motes.correction.suspects import Doubt, compare, doubts
 from motes.output.contact_sheet import contact_sheet
 from motes.output.overlay import png
 from motes.video.cuts import cuts_in

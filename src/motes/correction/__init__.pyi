@@ -2,7 +2,7 @@
 
 from .coordinates import Coordinates as Coordinates
 from .correct import passes_over as passes_over
-from .doubts import ranked as ranked
+from .gains import ranked as ranked
 from .history import History as History
 from .join import Stretch as Stretch
 from .join import shared_variance as shared_variance

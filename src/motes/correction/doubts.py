@@ -1,149 +1,145 @@
-"""The frames whose correction is expected to make the most frames right.
-
-A frame is wrong if its box overlaps the target too little. The probability of that follows from the
-variances and from the confidence. A new keyframe at t also makes its neighbors right, the more, the
-nearer they are: errors between two keyframes are correlated as those of a Brownian bridge. The gain
-of t is the sum over all frames of how much less likely they are to be wrong.
-"""
+"""Doubtful frames of a track, and why: another's, cuts, jumps, leaps of size, dissent, losses."""
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from msgspec.structs import replace
 
+from motes.core.geometry import Ellipse
+from motes.core.track import Status, Track
 from motes.core.types import Flags, Floats
-from motes.correction.coordinates import overlap_probability
+from motes.correction.coordinates import Coordinates
+from motes.correction.gains import ranked
+from motes.correction.join import Stretch, both, shared_variance
+from motes.correction.passes import Course
+from motes.correction.smoothing import local_variance
 
-RIGHT = 0.7
-"""Overlap (IoU) from which a box needs no correction."""
-CANDIDATES = 1000
-"""Frames between two keyframes that are compared at most; in longer stretches, every n-th one."""
+PLANE_GATE = 13.82
+"""The 99.9 % quantile of the chi-square distribution with 2 degrees of freedom."""
+LEAST_GAIN = 0.5
+"""Frames that a correction is expected to make right, at least: others are not worth a look."""
+DOUBTFUL = [each for each in Status if each not in (Status.TRACKING, Status.ABSENT)]
+"""States in which a frame is doubtful."""
+ANOTHER = "perhaps another"
+"""Why a frame comes before all others: a neighbor who looks alike may be followed in its place."""
+EITHER = 0.5
+"""Confidence after a jump: the place before it or the one after it is right."""
 
 
-class Ranked(NamedTuple):
+class Doubt(NamedTuple):
     """A doubtful frame."""
 
-    place: int
-    """The place of the frame in the arrays."""
+    frame: int
+    """Index of the frame."""
     gain: float
     """Number of frames that its correction is expected to make right."""
+    reasons: tuple[str, ...]
+    """Why the frame is in doubt."""
 
 
-def wrong(ellipses: Floats, variances: Floats, confidence: Floats) -> Floats:
-    """Return the probability (n,) that each box is wrong; NaN rows have none: 0.
+def doubts(
+    tracks: Sequence[Track], keyframes: Iterable[int], count: int = 20, cuts: Iterable[int] = ()
+) -> list[Doubt]:
+    """Return doubtful frames of a track, each to be corrected after those before it.
 
-    The path and its variances are (n, 5); the confidence (n,) is the probability that the target is
-    followed at all.
+    The gain of a correction is the expected number of frames whose boxes it makes right (IoU of 0.7
+    or more), from the covariances, the confidences, and jumps. A frame is doubtful for a reason;
+    its distance from a keyframe alone is none. Frames in which perhaps another is followed come
+    first; those with a gain below `LEAST_GAIN` are left out.
+
+    Parameters
+    ----------
+    tracks
+        The track of each frame, in order; its covariance may be unknown, NaN.
+    keyframes
+        The frames that the user has marked.
+    count
+        Number of frames; there are fewer if others have no gain.
+    cuts
+        The frames with which the film is cut to another picture: what is followed from there on may
+        be anything.
+
+    Raises
+    ------
+    ConfigError
+        If they are no tracks, as rows of `read_track`.
     """
-    out = 1 - confidence * overlap_probability(ellipses, variances, RIGHT)
-    return np.nan_to_num(out, nan=0.0)
+    only = Course.of(tracks)
+    outlier = only.outlier
+    frames = [track.frame for track in tracks]
+    keys, cut = np.isin(frames, [*keyframes]), np.isin(frames, [*cuts])
+    tracking = only.where(Status.TRACKING, Status.INTERPOLATED)
+    absent = only.where(Status.ABSENT)
+    jumps, leaps = _jumps(only, tracking)
+    confidence = np.where(outlier, np.minimum(only.confidence, EITHER), only.confidence)
+    for start in np.flatnonzero((jumps & ~outlier | cut) & ~keys):
+        following = np.flatnonzero(keys[start:])
+        stop = start + (int(following[0]) if len(following) else len(keys))
+        confidence[start:stop] = np.minimum(confidence[start:stop], EITHER)
+    named = {
+        ANOTHER: np.array([track.belief < EITHER for track in tracks], bool),
+        "a tracker was elsewhere": outlier,
+        "cut": cut,
+        "jump": jumps,
+        "leap of the size": leaps,
+        **{str(each): only.where(each) for each in DOUBTFUL},
+        "low confidence": only.confidence < EITHER,
+    }
+    ellipses = np.where(absent[:, None], np.nan, only.ellipses)
+    variances = np.nan_to_num(np.maximum(only.variances - _drifted(only, keys), 0))
+    doubtful = np.logical_or.reduce([*named.values()])
+    asked = named[ANOTHER], doubtful
+    found = ranked(ellipses, variances, np.nan_to_num(confidence), keys, count, asked, LEAST_GAIN)
+    return [
+        Doubt(tracks[place].frame, gain, tuple(why for why, holds in named.items() if holds[place]))
+        for place, gain in found
+    ]
 
 
-def ranked(
-    ellipses: Floats,
-    variances: Floats,
-    confidence: Floats,
-    keys: Flags,
-    count: int,
-    asked: Sequence[Flags] = (),
-    least: float = 0.0,
-) -> list[Ranked]:
-    """Return doubtful frames, each to be corrected after those before it, the largest gain first.
+def compare(tracks: Sequence[Track], backward: Sequence[Track]) -> list[Track]:
+    """Return tracks judged by a backward pass over the same frames, from the last of them.
 
-    The arrays are as in `wrong`, and `keys` (n,) is which frames are keyframes. There are fewer
-    than `count` if no other frame has a gain above `least`. `asked` has the frames (n,) that may be
-    returned: those of the first, then those of the next; by default all of them.
+    The confidence is at most the probability that the forward pass follows the target. Rows that
+    the backward pass contradicts are outliers.
     """
-    variances, confidence, keys = variances.copy(), confidence.copy(), keys.copy()
-    found: list[Ranked] = []
-    for group in asked or [np.ones(len(keys), bool)]:
-        best: dict[tuple[int, int], Ranked] = {}
-        while len(found) < count and (spans := _spans(keys)):
-            for span in set(spans) - set(best):
-                part = slice(*span)
-                low, high = bool(keys[span[0]]), bool(keys[span[1] - 1])
-                values = ellipses[part], variances[part], confidence[part]
-                gains = _gains(*values, group[part], low, high)
-                place = int(gains.argmax()) if len(gains) else 0
-                best[span] = Ranked(span[0] + place, float(gains[place]))
-            span = max(spans, key=lambda each: best[each].gain)
-            top = best[span]
-            if top.gain <= least or keys[top.place]:
-                break
-            found.append(top)
-            part = slice(*span)
-            low, high = bool(keys[span[0]]), bool(keys[span[1] - 1])
-            places = np.arange(span[1] - span[0])
-            left = 1 - _correlation(places, np.array([top.place - span[0]]), low, high)[:, 0] ** 2
-            variances[part] *= left[:, None]
-            confidence[part] = 1 - (1 - confidence[part]) * left
-            keys[top.place] = True
-            del best[span]  # with a keyframe at its end, it is another one
-    return found
+    forward, back = Course.of(tracks), Course.of(backward)
+    begin, end = tracks[0].ellipse, tracks[-1].ellipse
+    absent = np.zeros(len(tracks), bool)
+    stretch = Stretch(tracks[0].frame, tracks[-1].frame, begin, end)
+    follows = both(stretch, forward, back, absent, same_end=True)
+    unlike = forward.where(Status.TRACKING) & ~follows.used[0]
+    share = np.where(follows.used[0], follows.probability, 1 - follows.probability)
+    return [
+        replace(track, confidence=min(track.confidence, float(share[i])), outlier=bool(unlike[i]))
+        for i, track in enumerate(tracks)
+    ]
 
 
-def _spans(keys: Flags) -> list[tuple[int, int]]:
-    """Return the stretches between neighboring keyframes, which both belong to them."""
-    ends = [0, *np.flatnonzero(keys).tolist(), len(keys) - 1]
-    return [(a, b + 1) for a, b in itertools.pairwise(ends) if b > a]
+def _jumps(only: Course, tracking: Flags) -> tuple[Flags, Flags]:
+    """Return in which frames the place, and the size, changes by more than the motion explains."""
+    where = np.flatnonzero(tracking)
+    jumps, leaps = np.zeros(len(tracking), bool), np.zeros(len(tracking), bool)
+    if len(where) < 3:
+        return jumps, leaps
+    space = Coordinates.of([Ellipse(*row) for row in only.ellipses[where].tolist()], only.ellipses)
+    values = space.values(only.ellipses)[where, :4]
+    steps = np.diff(values, axis=0) ** 2 / local_variance(values, where)
+    jumps[where[1:]] = steps[:, :2].sum(axis=1) > PLANE_GATE
+    leaps[where[1:]] = steps[:, 2:].sum(axis=1) > PLANE_GATE
+    return jumps, leaps
 
 
-def _gains(
-    ellipses: Floats, variances: Floats, confidence: Floats, asked: Flags, low: bool, high: bool
-) -> Floats:
-    """Return the gain (n,) of each frame of a stretch; `low` and `high`: whether its ends are keys.
-
-    Only frames that are asked for have one; of many, every n-th. In a long stretch, every n-th
-    frame counts for its neighbors.
-    """
-    out = np.zeros(len(ellipses))
-    step = -(-len(ellipses) // CANDIDATES)
-    places = np.arange(0, len(ellipses), step)
-    marks = np.flatnonzero(asked & ~np.isnan(ellipses[:, 0]))  # not where the user has said absent
-    marks = marks[:: max(1, -(-len(marks) // CANDIDATES))]
-    if not len(marks):
-        return out
-    ellipses, variances, confidence = (
-        values[places] for values in (ellipses, variances, confidence)
+def _drifted(only: Course, keys: Flags) -> Floats:
+    """Return the part (n, 5) of variances that grows with the distance from a keyframe alone."""
+    rows = np.logical_and.reduce(np.isfinite(only.ellipses), axis=1)
+    ellipses = np.where(rows[:, None], only.ellipses, [0.0, 0.0, 1.0, 1.0, 0.0])
+    sides = 4 * ellipses[:, 2] * ellipses[:, 3]
+    drift = 2 * shared_variance(len(keys), np.flatnonzero(keys).tolist())
+    units = np.stack(
+        [sides, sides, ellipses[:, 2] ** 2, ellipses[:, 3] ** 2, np.ones_like(sides)], 1
     )
-    left = 1 - _correlation(places, marks, low, high) ** 2
-    before = wrong(ellipses, variances, confidence)
-    after = np.stack(
-        [
-            wrong(ellipses, variances * share[:, None], 1 - (1 - confidence) * share)
-            for share in left.T
-        ],
-        axis=1,
-    )
-    out[marks] = step * np.maximum(before[:, None] - after, 0).sum(axis=0)
-    return out
-
-
-def _correlation(
-    places: NDArray[np.int64], marks: NDArray[np.int64], low: bool, high: bool
-) -> Floats:
-    """Return the correlation (n, m) of the errors at places and at marks.
-
-    They are a Brownian bridge between two keyframes, and a Brownian motion from one alone.
-    """
-    end = max(int(places[-1]), int(marks[-1]))
-    s, t = places[:, None].astype(np.float64), marks[None, :].astype(np.float64)
-    near, far = np.minimum(s, t), np.maximum(s, t)
-    if low and high:
-        square = near * (end - far), far * (end - near)
-    elif low:
-        square = near, far
-    elif high:
-        square = end - far, end - near
-    else:
-        square = np.ones_like(near), np.ones_like(far)
-    ratio = np.divide(
-        *square, out=np.zeros(np.broadcast_shapes(s.shape, t.shape)), where=square[1] > 0
-    )
-    ratio[(s == t) & (square[1] > 0)] = 1.0
-    out: Floats = np.sqrt(ratio)
+    out: Floats = drift * units
     return out

@@ -217,7 +217,7 @@ class Overlay(msgspec.Struct, frozen=True, tag="overlay"):
 
 
 class DoubtfulFrame(msgspec.Struct, frozen=True):
-    """A doubtful frame, in the answer about those of an object: see `suspects.Doubt`."""
+    """A doubtful frame, in the answer about those of an object: see `motes.Doubt`."""
 
     frame: int
     gain: float
