@@ -128,12 +128,12 @@ COMMANDS = (
         "The doubtful frames, numbered by their gain",
         sheet,
     ),
+    Command("motes smooth track.csv -o smooth.csv", "What smooth prints"),
     Command(
         "motes refine films/beetle.mp4 track.csv --at 150=339,228,96,84",
         "A frame before and after its correction",
         refined,
     ),
-    Command("motes smooth track.csv -o smooth.csv", "What smooth prints"),
     Command(
         "motes watch films/street.mp4 --line 150,130,150,235 -o objects.csv --overlay watched.mp4",
         "Cars with numbers, and a line that they cross",
