@@ -1,7 +1,5 @@
 """Sequences and trackers for tests of evaluations: on disk, tiny, good and bad."""
 
-from __future__ import annotations
-
 import contextlib
 import sys
 from collections.abc import Callable, Iterator

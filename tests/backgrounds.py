@@ -1,7 +1,5 @@
 """Whether OpenCV is there."""
 
-from __future__ import annotations
-
 import importlib.util
 
 import pytest

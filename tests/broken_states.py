@@ -1,7 +1,5 @@
 """Saved trackers, and ways to break them: `mutate` one, and `check` that nobody is harmed."""
 
-from __future__ import annotations
-
 import random
 import tempfile
 from functools import cache

@@ -1,7 +1,5 @@
 """A real MQTT broker on this machine, and one who listens to it."""
 
-from __future__ import annotations
-
 import contextlib
 import shutil
 import socket

@@ -1,7 +1,5 @@
 """The page of a studio, in a browser without a window."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

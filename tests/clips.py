@@ -1,7 +1,5 @@
 """Small videos for tests: whole, cut, damaged, rotated, with odd timing."""
 
-from __future__ import annotations
-
 import itertools
 import random
 import struct

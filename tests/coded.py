@@ -1,7 +1,5 @@
 """Small films of each kind of encoding."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import cast
 

@@ -1,7 +1,5 @@
 """Commands of motes, run in this process."""
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Callable
 from pathlib import Path

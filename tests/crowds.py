@@ -1,7 +1,5 @@
 """Truth and results with many objects, and what TrackEval makes of them."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """A disk that is full, for tests that need no such disk and no right to make one."""
 
-from __future__ import annotations
-
 import errno
 import os
 from typing import BinaryIO

@@ -1,7 +1,5 @@
 """Calls in a child of this process."""
 
-from __future__ import annotations
-
 import os
 import signal
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Series of a target's histograms, and what a model update learns from them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Trackers of every kind, and which few of them have all parts together."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from motes.cues.color import Color

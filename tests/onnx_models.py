@@ -5,8 +5,6 @@ is the score of class 0, of blue that of class 1. So a blob of 16x16 pixels in a
 the pixel. The model first undoes the scaling of its input, so that wrong values of it show.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any

@@ -4,8 +4,6 @@ They take the mean color of each 16x16 cell. A cell's score falls with the squar
 color from that of the template's middle. Boxes are constants, another one for each cell.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Plain second implementations, slow and obvious, and small scenes to track in."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from fractions import Fraction

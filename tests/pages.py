@@ -1,7 +1,5 @@
 """Runs a page of the documentation: its commands, its code, and what it says they print."""
 
-from __future__ import annotations
-
 import re
 import shlex
 import textwrap

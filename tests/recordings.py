@@ -1,7 +1,5 @@
 """Recordings for tests of formats."""
 
-from __future__ import annotations
-
 import math
 
 from motes.core.geometry import Ellipse

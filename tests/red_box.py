@@ -1,7 +1,5 @@
 """A red box that goes to and fro before a camera, or walks by, and a detector that finds it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Objects of a scene, built by hand for tests of its stages."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

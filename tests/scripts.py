@@ -1,7 +1,5 @@
 """Programs of this repository that are no part of a package."""
 
-from __future__ import annotations
-
 import importlib.util
 import sys
 from pathlib import Path

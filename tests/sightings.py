@@ -1,7 +1,5 @@
 """Tracks for tests of events and outputs."""
 
-from __future__ import annotations
-
 import numpy as np
 from msgspec.structs import replace
 

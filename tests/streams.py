@@ -1,7 +1,5 @@
 """A real camera on this machine: MPEG-TS over HTTP, that can stall, hang up and go away."""
 
-from __future__ import annotations
-
 import contextlib
 import socket
 import threading

@@ -1,7 +1,5 @@
 """The public names: documented, importable, and their examples run."""
 
-from __future__ import annotations
-
 import doctest
 import importlib
 import inspect

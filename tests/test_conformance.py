@@ -1,7 +1,5 @@
 """Our own cues, motion models and detectors keep the rules that others are asked to keep."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Messages that people can read, whatever they quote."""
 
-from __future__ import annotations
-
 import pytest
 
 from motes.cli import main

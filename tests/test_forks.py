@@ -1,7 +1,5 @@
 """A child of `fork` has none of its parent's threads: it goes on, or says what to do."""
 
-from __future__ import annotations
-
 import os
 from functools import cache
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Damaged inputs of every kind: a short run, and all that ever made motes fall."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

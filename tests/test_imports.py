@@ -1,7 +1,5 @@
 """One way through the house: imports point left, and heavy ones come late."""
 
-from __future__ import annotations
-
 import ast
 import importlib
 import re

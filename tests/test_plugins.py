@@ -3,8 +3,6 @@
 They are in tests/plugins. docs/extend.md shows one of them, and names the others.
 """
 
-from __future__ import annotations
-
 import importlib
 import re
 import sys

@@ -1,7 +1,5 @@
 """The commands and code of the README and of pages that go on from it, run as they stand there."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The documentation site: it is built strictly, and needs nothing from elsewhere."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """The quickstart and the tutorials, run from beginning to end."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Arguments that users confuse: one line says what is wanted, in motes' own words."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Textures: a large scene and frames that show parts of it, and blocks of colors."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

@@ -3,8 +3,6 @@
 It is not run.
 """
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

@@ -1,7 +1,5 @@
 """What tests wait for: something that becomes so, a process that ends."""
 
-from __future__ import annotations
-
 import inspect
 import time
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Films and jobs for the tests of `motes_fleet.cluster`, and what their workers do."""
 
-from __future__ import annotations
-
 import csv
 import os
 import signal

@@ -1,7 +1,5 @@
 """A pool without processes: each task is done here, when it is waited for."""
 
-from __future__ import annotations
-
 import os
 import pickle
 from collections import Counter

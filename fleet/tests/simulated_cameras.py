@@ -4,8 +4,6 @@ A room has one camera, or two that see the same ground in its middle. People ent
 side and leave it on the other, and come into the next room after a moment.
 """
 
-from __future__ import annotations
-
 import heapq
 from collections import defaultdict
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Events reach webhooks and brokers at least once, whoever dies on the way."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import socket

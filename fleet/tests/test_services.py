@@ -1,7 +1,5 @@
 """The adapter for CVAT, called as its agent does."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

@@ -1,7 +1,5 @@
 """motes watch and motes track as they run for long: sent, killed."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

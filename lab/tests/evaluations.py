@@ -1,7 +1,5 @@
 """Small evaluations with known numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence as Many
 from pathlib import Path
 

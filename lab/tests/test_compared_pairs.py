@@ -1,7 +1,5 @@
 """Trackers compared with one other on films: what is run, and the intervals and the margin."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

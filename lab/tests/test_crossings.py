@@ -1,7 +1,5 @@
 """Counts beside the crossings that were found by eye."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

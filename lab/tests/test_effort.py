@@ -1,7 +1,5 @@
 """The simulated annotator: with a tracker, and with interpolation."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Protocols by hand, contestants of every kind, runs in which much goes wrong."""
 
-from __future__ import annotations
-
 import os
 import pickle
 import re

@@ -1,7 +1,5 @@
 """Experiments: their numbers against plain second computations, and how they reach the user."""
 
-from __future__ import annotations
-
 import math
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The experiments of films cut in two pictures: their scores, and one who walks through."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

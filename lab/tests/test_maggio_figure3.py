@@ -1,7 +1,5 @@
 """The weight of orientation on film: the parts that are compared, and where they come from."""
 
-from __future__ import annotations
-
 import itertools
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Metrics against hand-worked examples and slow second implementations."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

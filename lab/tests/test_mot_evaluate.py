@@ -1,7 +1,5 @@
 """Trackers of many objects, runs of them, and what is made of what they say."""
 
-from __future__ import annotations
-
 import math
 import re
 import sys

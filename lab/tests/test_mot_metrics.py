@@ -1,7 +1,5 @@
 """Metrics of many objects: by hand, and as TrackEval has them."""
 
-from __future__ import annotations
-
 from functools import reduce
 from operator import add
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Rows of the MOTChallenge, and datasets in its layout, good and bad."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """OpenCV's trackers that are networks, with the files that a user names."""
 
-from __future__ import annotations
-
 import sys
 import types
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The table of the presets' values in papers.md is what the presets have."""
 
-from __future__ import annotations
-
 import pytest
 
 from scripts import script

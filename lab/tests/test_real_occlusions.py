@@ -1,7 +1,5 @@
 """Occlusions on film: found from the truth's boxes, and identities kept or not."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The report: what is in it, and that names stay names."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What a pass is worth, results.csv, and means over sequences and seeds."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Datasets written by hand in every layout, against boxes worked by hand, and the real ones."""
 
-from __future__ import annotations
-
 import math
 import shutil
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """The figures of `motes track --figures`: the numbers behind them, and that they are drawn."""
 
-from __future__ import annotations
-
 import math
 import os
 import tempfile

@@ -1,7 +1,5 @@
 """Objects detected over objects present, on made-up crowds and from the command line."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import permutations
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A damaged film: it opens, and has the frames that the command line has."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

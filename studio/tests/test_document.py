@@ -1,7 +1,5 @@
 """Changes of a document: what a person draws, and what makes no sense."""
 
-from __future__ import annotations
-
 import pytest
 
 from motes import ConfigError, Ground, Line, Regions, Zone

@@ -1,7 +1,5 @@
 """Tasks of a worker: one at a time; what nobody waits for any more ends, or never begins."""
 
-from __future__ import annotations
-
 import asyncio
 import os
 import signal

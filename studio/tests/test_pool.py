@@ -1,7 +1,5 @@
 """The workers of a session: which task gets the next one, and what becomes of those that wait."""
 
-from __future__ import annotations
-
 import asyncio
 from typing import cast
 

@@ -1,7 +1,5 @@
 """The protocol's one description, and the page that is too slow."""
 
-from __future__ import annotations
-
 import asyncio
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A server that ends, and another one that goes on."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What the studio refuses: other hosts, paths, playlists, sizes, messages; and films that kill."""
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import logging

@@ -1,7 +1,5 @@
 """What a person did is on disk when it is answered, and comes back after a kill."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sqlite3

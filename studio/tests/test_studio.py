@@ -1,7 +1,5 @@
 """The studio from end to end, without a browser."""
 
-from __future__ import annotations
-
 import io
 import json
 import tempfile

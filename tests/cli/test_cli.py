@@ -1,7 +1,5 @@
 """The command line: what users see, what they get, and how it fails."""
 
-from __future__ import annotations
-
 import contextlib
 import importlib
 import json

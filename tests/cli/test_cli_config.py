@@ -1,7 +1,5 @@
 """`motes config`: the presets, and their keys with types, values and meanings."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """What users get for options that make no sense, on odd terminals, and without standard streams."""
 
-from __future__ import annotations
-
 import errno
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """What the commands make, what they leave when cut short, and that they say so truly."""
 
-from __future__ import annotations
-
 import os
 import re
 from collections.abc import Callable

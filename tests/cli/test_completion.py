@@ -1,7 +1,5 @@
 """Completion in bash: names of files and presets where they are asked for."""
 
-from __future__ import annotations
-
 import subprocess
 from pathlib import Path
 

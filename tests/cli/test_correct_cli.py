@@ -1,7 +1,5 @@
 """`motes track` with keyframes, `refine`, `smooth` and `check`."""
 
-from __future__ import annotations
-
 import csv
 import itertools
 import json

@@ -1,7 +1,5 @@
 """motes demo: all files are there and hold what they should."""
 
-from __future__ import annotations
-
 import html
 import json
 import math

@@ -1,7 +1,5 @@
 """motes draw, from the outside: pictures of rows of every kind."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from pathlib import Path

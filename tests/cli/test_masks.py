@@ -1,7 +1,5 @@
 """`motes draw --masks`: the pixels of a cross, in a folder and in a document."""
 
-from __future__ import annotations
-
 import errno
 import json
 import os

@@ -1,7 +1,5 @@
 """`motes network`: networks from a server on this machine, and --network with their names."""
 
-from __future__ import annotations
-
 import errno
 import hashlib
 import os

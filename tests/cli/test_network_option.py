@@ -1,7 +1,5 @@
 """The option --network of `motes track`."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

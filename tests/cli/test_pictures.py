@@ -1,7 +1,5 @@
 """Slit scans, heatmaps and paths of motes watch."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

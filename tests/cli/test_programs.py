@@ -1,7 +1,5 @@
 """Commands that other packages bring, and what is said where they are not installed."""
 
-from __future__ import annotations
-
 from importlib.metadata import EntryPoint
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """motes track with several --init, and what it writes for annotators."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from xml.etree import ElementTree

@@ -1,7 +1,5 @@
 """`motes track` in metres: columns, and options that do not fit."""
 
-from __future__ import annotations
-
 import csv
 from pathlib import Path
 

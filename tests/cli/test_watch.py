@@ -1,7 +1,5 @@
 """motes watch, from the outside."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from pathlib import Path

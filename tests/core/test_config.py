@@ -1,7 +1,5 @@
 """Configuration checks itself, comes from and goes to plain values, and says its meanings."""
 
-from __future__ import annotations
-
 import importlib
 import math
 import pkgutil

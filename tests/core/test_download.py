@@ -1,7 +1,5 @@
 """Downloads are whole or end in one line, from a server on this machine that is good or bad."""
 
-from __future__ import annotations
-
 import hashlib
 import time
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Images of every kind become RGB."""
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Ellipses, boxes, regions."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any

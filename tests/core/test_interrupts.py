@@ -1,7 +1,5 @@
 """Signals that ask to end: each ends a run as Ctrl-C does, and none shows a traceback."""
 
-from __future__ import annotations
-
 import contextlib
 import itertools
 import os

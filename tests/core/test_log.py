@@ -1,7 +1,5 @@
 """The logger `motes`: what a program may hear, and that it hears nothing unasked."""
 
-from __future__ import annotations
-
 import logging
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The median is that of numpy."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

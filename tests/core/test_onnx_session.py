@@ -1,7 +1,5 @@
 """ONNX files and what runs them: one mechanism for detectors and trackers."""
 
-from __future__ import annotations
-
 import os
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What motes asks of the system is the same on all of them."""
 
-from __future__ import annotations
-
 import ast
 from pathlib import Path
 

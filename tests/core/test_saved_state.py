@@ -1,7 +1,5 @@
 """What `Tracker.load` takes can be followed; all else is refused in one line."""
 
-from __future__ import annotations
-
 import copy
 import random
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Texts of others in tables: no formulas, and the same text when they are read again."""
 
-from __future__ import annotations
-
 import csv
 from pathlib import Path
 

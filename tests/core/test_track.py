@@ -1,7 +1,5 @@
 """Tracks and frames in one line, as corners and as plain values."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Who is who: the likeliest assignment of all at once, and how certain it is."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

@@ -1,7 +1,5 @@
 """Workers: they do tasks, receive no signal that asks to end, and leave nothing when they end."""
 
-from __future__ import annotations
-
 import os
 import re
 import signal

@@ -1,7 +1,5 @@
 """Tracks between keyframes: both ways, over occlusions, refined, smoothed, and their doubts."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Keyframes: their file, their forms, and what contradicts them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """The smoother: against the textbook, over gaps, with outliers; the support of two passes."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

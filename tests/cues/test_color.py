@@ -1,7 +1,5 @@
 """Color histograms and distances (Nummiaro et al., section III) against plain second ones."""
 
-from __future__ import annotations
-
 import math
 from typing import Any, Literal
 

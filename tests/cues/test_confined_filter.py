@@ -1,7 +1,5 @@
 """The filter that is confined to the target, compared with its equations in plain numpy."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

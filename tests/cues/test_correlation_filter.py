@@ -1,7 +1,5 @@
 """The cues that the default tracker learns: a correlation filter, a posterior, sizes."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What all cues have in common: what they see, and what they refuse."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Histograms of gradients and edges (Zhao and Pei; Ng and Delp) against plain second ones."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Edge orientation (Maggio et al., section 3.2) against plain second implementations."""
 
-from __future__ import annotations
-
 import math
 from typing import Any, Literal, NamedTuple
 

@@ -1,7 +1,5 @@
 """`motes convert`: which format is meant, what is lost, and what does not fit the film."""
 
-from __future__ import annotations
-
 import csv
 import json
 from collections.abc import Iterable

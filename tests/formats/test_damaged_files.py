@@ -1,7 +1,5 @@
 """Damaged and wrong files of every format: one line with the place, and no silent wrong result."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable, Iterator

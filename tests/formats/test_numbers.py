@@ -4,8 +4,6 @@ The expected numbers stand here, and no reader of ours takes part. Where a tool 
 plain reader follows the rule that its documentation, or its source, has.
 """
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Iterable

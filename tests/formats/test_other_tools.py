@@ -1,7 +1,5 @@
 """What COCO, CVAT, Label Studio and YOLO write beside the usual: it is recognized, or refused."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Sequence
 from pathlib import Path

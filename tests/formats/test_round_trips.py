@@ -1,7 +1,5 @@
 """Every format: written, recognized and read again, and what it cannot hold."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json

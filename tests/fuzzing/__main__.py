@@ -4,8 +4,6 @@ PYTHONPATH=tests python -m fuzzing --seconds 60 --seed 0
 PYTHONPATH=tests python -m fuzzing --again fuzz/trackers-123 --kind trackers
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 import time

@@ -4,8 +4,6 @@ An input is the name of a call and the seed of its arguments. `make sanitize` ma
 kernels that notice every access beside an array.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import cached_property
 from random import Random

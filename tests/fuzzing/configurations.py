@@ -1,7 +1,5 @@
 """Configurations in TOML: of trackers, as `motes-lab evaluate` reads them, and of `motes watch`."""
 
-from __future__ import annotations
-
 from functools import cache
 
 from motes.core.config import from_dict, from_toml, merge

@@ -1,7 +1,5 @@
 """Boxes as the MOTChallenge writes them: of detectors, in the truth, and in results."""
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 

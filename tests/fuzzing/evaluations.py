@@ -1,7 +1,5 @@
 """Folders of `motes-lab evaluate` that are resumed: their record, and their tracks."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import msgspec

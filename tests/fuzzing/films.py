@@ -3,8 +3,6 @@
 Now and then an encoder writes other bytes of the same pictures, and so the inputs are others.
 """
 
-from __future__ import annotations
-
 from functools import cache, partial
 
 from PIL import Image

@@ -1,7 +1,5 @@
 """Files of every format that `motes convert` reads, lenses, and tables of jobs."""
 
-from __future__ import annotations
-
 from functools import partial
 from unittest.mock import patch
 

@@ -1,7 +1,5 @@
 """Files of `KnownTarget.save`."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from motes.core.frame import Frame

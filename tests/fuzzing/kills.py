@@ -8,8 +8,6 @@ after each kill, and in the end, is compared byte by byte with an undisturbed ru
 the same for the same seed, but for the time that the system takes to start a process.
 """
 
-from __future__ import annotations
-
 import argparse
 import csv
 import io

@@ -1,7 +1,5 @@
 """All kinds of input."""
 
-from __future__ import annotations
-
 from . import (
     calls,
     configurations,

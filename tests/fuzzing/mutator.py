@@ -1,7 +1,5 @@
 """Damage to texts and other bytes: what disks, editors and other programs do to files."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Sequence
 from random import Random

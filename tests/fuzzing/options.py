@@ -1,7 +1,5 @@
 """Options of the command line: a line for each word of it, the command first."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import os

@@ -1,7 +1,5 @@
 """What may come of an input: it is read, or refused in one clear line."""
 
-from __future__ import annotations
-
 import atexit
 import math
 import shutil

@@ -1,7 +1,5 @@
 """TOML of places: where a target appears, lines and zones that are counted, cameras of a rig."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from motes.core.frame import Frame

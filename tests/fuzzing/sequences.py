@@ -1,7 +1,5 @@
 """Files of datasets: regions, lists, labels and seqinfo.ini."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path

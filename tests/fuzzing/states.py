@@ -1,7 +1,5 @@
 """Saved trackers, broken in the ways of `broken_states`."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from random import Random
 

@@ -1,7 +1,5 @@
 """Rows of `motes track` that are resumed: CSV, or JSON Lines if they begin with a brace."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 

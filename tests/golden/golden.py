@@ -7,8 +7,6 @@ The films are rendered, small and short. What is kept are the rows, events and d
 command writes, and digests of the pictures of overlays.
 """
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import io

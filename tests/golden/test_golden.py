@@ -1,7 +1,5 @@
 """Whole commands give what they gave. `make golden` compares to the byte, on one machine."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -1,7 +1,5 @@
 """The kernels of the background beside plain numpy, SciPy and OpenCV."""
 
-from __future__ import annotations
-
 from operator import attrgetter
 from typing import Any
 

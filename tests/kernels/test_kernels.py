@@ -1,7 +1,5 @@
 """The compiled extensions: what Python may call, what they refuse, and that all give the same."""
 
-from __future__ import annotations
-
 import ast
 import importlib
 import subprocess

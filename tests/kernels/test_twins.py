@@ -1,7 +1,5 @@
 """Kernels beside plain numpy and SciPy; those that read ellipses have theirs in `oracles.py`."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What moves before a camera that stands still, and what light and a trembling camera change."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Classes of objects: votes, selections, and detectors that look at some frames only."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Who crosses a line once: who stands there and trembles, and vehicles seen in parts."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 

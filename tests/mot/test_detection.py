@@ -1,7 +1,5 @@
 """Detections in the forms that detectors return, and detectors of the user's own."""
 
-from __future__ import annotations
-
 import importlib.util
 import sys
 from dataclasses import dataclass, field

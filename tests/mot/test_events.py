@@ -1,7 +1,5 @@
 """Lines, zones, events and counts."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections import Counter

@@ -1,7 +1,5 @@
 """All that look like one."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

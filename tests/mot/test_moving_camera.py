@@ -1,7 +1,5 @@
 """A camera that moves: its motion is found, and all that moves is followed before it."""
 
-from __future__ import annotations
-
 from inspect import getattr_static
 from types import SimpleNamespace
 

@@ -1,7 +1,5 @@
 """Trained detectors in ONNX files: every head, to the pixel."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Boxes that meet, and one-to-one assignment of few pairs, against all pairs; and how they grow."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """What a camera usually sees: the pictures that are kept, and their usual colors."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Places in metres, speeds and lenses, against OpenCV, sampling and known motion."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Many objects: birth, identity, occlusion, death; and of very many the surest."""
 
-from __future__ import annotations
-
 import gc
 import itertools
 import sys

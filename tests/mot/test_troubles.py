@@ -1,7 +1,5 @@
 """What a scene makes of pictures that are no good: it says so once, and invents few objects."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A contact sheet shows a target of any size as large as fits on its tile."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Documents of a run: made at its end, and of its rows where it was killed or the disk was full."""
 
-from __future__ import annotations
-
 import errno
 import json
 import os

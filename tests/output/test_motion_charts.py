@@ -1,7 +1,5 @@
 """The figures of a target's course show all of it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """What the overlay draws, where, and on what."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

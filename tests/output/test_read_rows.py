@@ -1,7 +1,5 @@
 """Rows read back are what was written."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

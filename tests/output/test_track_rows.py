@@ -1,7 +1,5 @@
 """Rows: what is in them, what happens to what is there already, and how they are resumed."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json

@@ -1,7 +1,5 @@
 """The protocol of algorithms: what each of them keeps and reports."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

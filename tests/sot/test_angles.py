@@ -1,7 +1,5 @@
 """The angle of an ellipse, which is the same after half a turn: it goes on from frame to frame."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

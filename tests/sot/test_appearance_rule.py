@@ -1,7 +1,5 @@
 """The appearance rule (Nummiaro et al., equations 11 to 13), status and confidence."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

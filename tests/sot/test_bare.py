@@ -1,7 +1,5 @@
 """Whether a region holds anything to follow, and who is told."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

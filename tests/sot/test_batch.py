@@ -1,7 +1,5 @@
 """Several targets in one video, whatever the threads."""
 
-from __future__ import annotations
-
 import copy
 import itertools
 import pickle

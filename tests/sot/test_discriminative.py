@@ -1,7 +1,5 @@
 """The default tracker: on every kind of target, behind things, out of the frame and back."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 from typing import Any

@@ -1,7 +1,5 @@
 """Targets of one video: no two are at one place, and who is hidden by another is found again."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The experts of the default tracker: what each says, and what models learn of two looks."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

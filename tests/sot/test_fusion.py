@@ -1,7 +1,5 @@
 """Several cues in one filter (Maggio et al., section 4) against equations 8 to 10 by hand."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

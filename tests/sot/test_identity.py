@@ -1,7 +1,5 @@
 """The belief that what is followed is the target, and not a neighbor who looks alike."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from msgspec.structs import replace

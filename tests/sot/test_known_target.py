@@ -1,7 +1,5 @@
 """Known targets and the places where they may appear."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

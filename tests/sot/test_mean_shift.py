@@ -1,7 +1,5 @@
 """The mean-shift tracker against brute force."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """How models learn: each strategy against its equations, and all of them in the filter."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from itertools import cycle

@@ -1,7 +1,5 @@
 """Motion models: one suite for all, and each against its closed form (equations 8 and 9)."""
 
-from __future__ import annotations
-
 import math
 
 import msgspec

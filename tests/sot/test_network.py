@@ -1,7 +1,5 @@
 """Trained networks: files, regions, boxes and scores, on networks that a test makes."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """NanoTrack's own tracker, on views of its network, has the boxes of OpenCV's TrackerNano."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any

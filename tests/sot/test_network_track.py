@@ -1,7 +1,5 @@
 """A trained network beside the particles: where both agree, where they part, and who gives way."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

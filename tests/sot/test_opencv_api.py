@@ -1,7 +1,5 @@
 """The methods of OpenCV's trackers; and images are read where they lie in memory."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable
 from functools import cache

@@ -1,7 +1,5 @@
 """The filter against the Kalman filter, and its step against figure 2 of Nummiaro et al."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

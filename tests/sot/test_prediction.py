@@ -1,7 +1,5 @@
 """The prediction: how far the camera has moved, which motion goes on, and in which light."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Searchers: how far they go, what they are drawn to, and that the past is left alone."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """From distances to weights, the selection of particles, and how many there are."""
 
-from __future__ import annotations
-
 import math
 from functools import cache
 from typing import Any, cast

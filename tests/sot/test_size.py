@@ -1,7 +1,5 @@
 """The turns and sizes that the default tracker reports: neither steps, nor lag, nor jitter."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

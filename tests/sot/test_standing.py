@@ -1,7 +1,5 @@
 """Being lost and found again by evidence alone, and two places until the evidence decides."""
 
-from __future__ import annotations
-
 import pytest
 
 from motes.core.geometry import Ellipse

@@ -3,8 +3,6 @@
 Success depends on a preset's numbers and is asked of every preset, behavior of each kind only.
 """
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """The rendered clips and painted films against what their pixels show."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

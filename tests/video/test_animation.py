@@ -1,7 +1,5 @@
 """Image files that hold several pictures are read whole, or it is said what is left out."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

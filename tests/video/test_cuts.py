@@ -1,7 +1,5 @@
 """Cuts of a film and changes of its light, told from what moves."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Films in any order: their frames are those of a source, and little is decoded and kept."""
 
-from __future__ import annotations
-
 import gc
 import random
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Live sources: a camera comes back, a recording ends, frames are late, a pipe is silent."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import os

@@ -1,7 +1,5 @@
 """Reading: every kind of source, whole, cut, damaged, odd."""
 
-from __future__ import annotations
-
 import contextlib
 import gc
 import itertools

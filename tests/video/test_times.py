@@ -1,7 +1,5 @@
 """Times of pictures: wrong stamps, lost pictures, and rates that are given or assumed."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Sequence

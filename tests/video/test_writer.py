@@ -1,7 +1,5 @@
 """Writing: what comes out, and what is left when things go wrong."""
 
-from __future__ import annotations
-
 import errno
 import os
 import signal

@@ -1,7 +1,5 @@
 """What cameras give each other: sample distributions and expected arrivals, without pictures."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from msgspec.structs import replace

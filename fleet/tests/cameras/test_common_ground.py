@@ -1,7 +1,5 @@
 """The ground that two cameras see: given by a homography, or learned."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Live cameras of a rig: waited for, on one clock, and noticed when nothing comes from them."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable

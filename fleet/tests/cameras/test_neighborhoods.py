@@ -1,7 +1,5 @@
 """Who is a neighbor, and identities of groups that nothing joins."""
 
-from __future__ import annotations
-
 import heapq
 
 from test_reidentification import RIG, SHIFT

@@ -1,7 +1,5 @@
 """How long objects take through a passage, beside the density of Student's distribution."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

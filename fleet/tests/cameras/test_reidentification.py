@@ -1,7 +1,5 @@
 """Who is who among cameras: by hand, without a picture and without a process."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from msgspec.structs import replace

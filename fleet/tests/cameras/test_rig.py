@@ -1,7 +1,5 @@
 """Several cameras from the outside: rows, handover, what goes wrong, and how it ends."""
 
-from __future__ import annotations
-
 import contextlib
 import itertools
 import os

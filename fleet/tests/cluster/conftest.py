@@ -1,7 +1,5 @@
 """A cluster of Ray on this machine, for all tests of a process: to start it takes long."""
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Batches: each job once, whatever dies, and the same rows as the commands write."""
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import os

@@ -1,7 +1,5 @@
 """Tables of jobs: every form, and every mistake with its row."""
 
-from __future__ import annotations
-
 import json
 import re
 import tracemalloc

@@ -1,7 +1,5 @@
 """Results on S3 behind a proxy that refuses, stalls and loses one request in four."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Iterator
 from pathlib import Path

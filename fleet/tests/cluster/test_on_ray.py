@@ -1,7 +1,5 @@
 """The same jobs on Ray: same results, whatever dies."""
 
-from __future__ import annotations
-
 import os
 import signal
 from contextlib import closing

@@ -1,7 +1,5 @@
 """Pools: what dies is tried again, what hangs is stopped, and workers go on."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping
 from contextlib import closing

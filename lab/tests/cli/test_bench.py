@@ -1,7 +1,5 @@
 """`motes-lab bench`: what it measures and writes, and how it compares."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """`motes-lab evaluate`: what users get, how it fails, and what is left when it is interrupted."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import re

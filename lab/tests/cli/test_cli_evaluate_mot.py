@@ -1,7 +1,5 @@
 """`motes-lab evaluate` with many objects."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Iterator
 from pathlib import Path

@@ -3,8 +3,6 @@
 Playwright keeps a loop and a greenlet in the thread of the tests, in which others cannot run.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from pathlib import Path
 

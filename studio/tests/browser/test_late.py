@@ -1,7 +1,5 @@
 """What comes late, twice or out of turn: answers, pictures, clicks."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

@@ -1,7 +1,5 @@
 """Objects on the page: drawn, tracked, corrected and taken home."""
 
-from __future__ import annotations
-
 import shlex
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The page itself: its protocol, films, many objects, accessibility, and what may go wrong."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, get_args

@@ -1,7 +1,5 @@
 """Wrong input and refusals: each is said where it is seen, and nothing is lost by it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Detections of visible objects: of doubles one stays, and what filters observe and learn."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """How objects begin: confirmed by detections, or announced by another camera."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

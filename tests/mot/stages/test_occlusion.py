@@ -1,7 +1,5 @@
 """Which objects are occluded, and by what; how they reappear, and when they end."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from msgspec.structs import replace

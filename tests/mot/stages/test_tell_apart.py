@@ -1,7 +1,5 @@
 """Who is who in a group that is seen apart again: by colors, by edges, and also who is hidden."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
