@@ -359,16 +359,18 @@ def test_peers_get_whole_pixels_and_bgr(
 
 # Runs
 
+Dataset = tuple[list[TrackerSpec], list[Sequence]]
+
 
 @pytest.fixture
-def dataset(tmp_path: Path) -> tuple[list[TrackerSpec], list[Sequence]]:
+def dataset(tmp_path: Path) -> Dataset:
     arena.write_sequence(tmp_path / "data" / "a", arena.still())
     sequences, problems = load_dataset(tmp_path / "data")
     assert not problems
     return resolve(["nummiaro", "mean_shift"])[0], sequences
 
 
-def test_the_plan(dataset: tuple[list[TrackerSpec], list[Sequence]], tmp_path: Path) -> None:
+def test_the_plan(dataset: Dataset, tmp_path: Path) -> None:
     entries, sequences = dataset
     gone = sequence([[1, 2, 3, 4]], "gone", tmp_path / "gone")
     jobs, problems = plan(entries, [gone, *sequences], ["ope", "pixel"], seeds=3)
@@ -391,17 +393,13 @@ def test_the_plan(dataset: tuple[list[TrackerSpec], list[Sequence]], tmp_path: P
     assert [job.name for job in unfinished(jobs[:2], tmp_path)] == ["nummiaro on a, ope"]
 
 
-def note(
-    dataset: tuple[list[TrackerSpec], list[Sequence]], path: str = "data", **changes: Any
-) -> Record:
+def note(dataset: Dataset, path: str = "data", **changes: Any) -> Record:
     entries, sequences = dataset
     jobs, _ = plan(entries, sequences, ["ope"], 1)
     return msgspec.structs.replace(record(Path(path), jobs, entries, ["ope"], 1, 9.0), **changes)
 
 
-def test_a_folder_is_not_taken_twice(
-    dataset: tuple[list[TrackerSpec], list[Sequence]], tmp_path: Path
-) -> None:
+def test_a_folder_is_not_taken_twice(dataset: Dataset, tmp_path: Path) -> None:
     out, now = tmp_path / "out", note(dataset)
     prepare(out, now, resume=True)  # nothing there yet is fine
     with pytest.raises(FormatError, match=r"holds an evaluation \(run\.json\).*--resume"):
@@ -412,7 +410,7 @@ def test_a_folder_is_not_taken_twice(
 
 
 def test_overwriting_removes_only_what_an_evaluation_wrote(
-    dataset: tuple[list[TrackerSpec], list[Sequence]], tmp_path: Path
+    dataset: Dataset, tmp_path: Path
 ) -> None:
     out, now = tmp_path / "out", note(dataset)
     prepare(out, now)
@@ -427,9 +425,7 @@ def test_overwriting_removes_only_what_an_evaluation_wrote(
     assert not (out / "tracks" / "a").exists()
 
 
-def test_resuming_something_else_is_refused(
-    dataset: tuple[list[TrackerSpec], list[Sequence]], tmp_path: Path
-) -> None:
+def test_resuming_something_else_is_refused(dataset: Dataset, tmp_path: Path) -> None:
     out = tmp_path / "out"
     now = note(dataset)
     prepare(out, now)
@@ -499,7 +495,7 @@ def test_failures_have_their_reasons(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_full_disk(dataset: tuple[list[TrackerSpec], list[Sequence]], tmp_path: Path) -> None:
+def test_a_full_disk(dataset: Dataset, tmp_path: Path) -> None:
     jobs, _ = plan(dataset[0], dataset[1], ["ope"], 2)
     first, second = (item.path(tmp_path) for item in jobs[0].passes)
     first.parent.mkdir(parents=True)

@@ -24,7 +24,8 @@ from motes.sot.filtering.motion import (
 # Without what is not linear: a common change of size is tested by itself.
 NOISE = Noise(position=0.3, size=0, size_return=0, aspect=0.05, angle=0.2)
 FIRST = Ellipse(500, 400, 60, 25, 0.1)
-MODELS: list[RandomWalk | ConstantVelocity | SecondOrder] = [
+Linear = RandomWalk | ConstantVelocity | SecondOrder
+MODELS: list[Linear] = [
     RandomWalk(noise=NOISE),
     ConstantVelocity(noise=NOISE),
     ConstantVelocity(noise=NOISE, velocity=0.8, persistence=0.5),
@@ -46,9 +47,7 @@ def moving(model: Motion, n: int) -> Floats:
     return states
 
 
-def matrices(
-    model: RandomWalk | ConstantVelocity | SecondOrder, steps: float
-) -> tuple[Floats, Floats]:
+def matrices(model: Linear, steps: float) -> tuple[Floats, Floats]:
     """Return A and the covariance of w, written down as block matrices."""
     grown = NOISE.position * math.sqrt(steps), NOISE.aspect * math.sqrt(steps)
     mean = math.sqrt(60 * 25)
@@ -83,9 +82,7 @@ def matrices(
 
 @model_
 @pytest.mark.parametrize("frames", [0.25, 1.0, 3.0])
-def test_mean_and_covariance(
-    model: RandomWalk | ConstantVelocity | SecondOrder, frames: float
-) -> None:
+def test_mean_and_covariance(model: Linear, frames: float) -> None:
     n = 60_000
     states = moving(model, n)
     out = model.propagate(np.random.default_rng(4), states, frames * FRAME_INTERVAL, FIRST)
@@ -99,9 +96,7 @@ def test_mean_and_covariance(
 
 @model_
 @pytest.mark.parametrize("frames", [0.0, 0.5, 1.0, 4.0])
-def test_without_noise_only_a_is_left(
-    model: RandomWalk | ConstantVelocity | SecondOrder, frames: float
-) -> None:
+def test_without_noise_only_a_is_left(model: Linear, frames: float) -> None:
     none = Noise(position=0, size=0, size_return=0, aspect=0, angle=0)
     silent = msgspec.structs.replace(model, noise=none)
     states = moving(model, 3)
@@ -111,9 +106,7 @@ def test_without_noise_only_a_is_left(
 
 @model_
 @pytest.mark.parametrize("frames", [0.5, 1.0, 4.0])
-def test_both_half_axes_grow_and_return_together(
-    model: RandomWalk | ConstantVelocity | SecondOrder, frames: float
-) -> None:
+def test_both_half_axes_grow_and_return_together(model: Linear, frames: float) -> None:
     """In logarithms: a share of the way back to the first size, and one noise for both."""
     noise = Noise(position=0, size=0.1, size_return=0.2, aspect=0)
     model = msgspec.structs.replace(model, noise=noise)

@@ -60,7 +60,8 @@ SIGMA = 2.5
 FIRST = Ellipse(30, 40, 10, 20)
 BLANK = np.zeros((16, 16, 3), np.uint8)
 NOISE = Noise(position=0.1, size=0, size_return=0, aspect=0)
-MODELS: list[RandomWalk | ConstantVelocity] = [
+Linear = RandomWalk | ConstantVelocity
+MODELS: list[Linear] = [
     RandomWalk(noise=NOISE),
     ConstantVelocity(noise=NOISE, velocity=0.8, persistence=0.9),
 ]
@@ -70,7 +71,7 @@ POINTS = np.array([[30, 40], [31, 43], [29, 44], [33, 41], [36, 40], [38, 37.0]]
 
 
 def linear_gaussian(
-    motion: RandomWalk | ConstantVelocity, particles: int, threshold: float, scheme: str
+    motion: Linear, particles: int, threshold: float, scheme: str
 ) -> ParticleFilter:
     """Return a particle filter for a world that a Kalman filter knows exactly."""
     config = ParticleFilter(
@@ -107,7 +108,7 @@ def run(config: ParticleFilter, seed: int) -> tuple[Floats, list[float]]:
     return np.array(means), evidence
 
 
-def kalman(motion: RandomWalk | ConstantVelocity) -> tuple[Floats, Floats, float]:
+def kalman(motion: Linear) -> tuple[Floats, Floats, float]:
     """Return exact means (T, 2) and standard deviations (T, 2), and the log-likelihood."""
     means, deviations = np.empty((5, 2)), np.empty((5, 2))
     log_likelihood = 0.0
@@ -140,9 +141,7 @@ def kalman(motion: RandomWalk | ConstantVelocity) -> tuple[Floats, Floats, float
     ("scheme", "threshold"),
     [(name, 1.0) for name in RESAMPLINGS.names()] + [("systematic", 0.5), ("multinomial", 0.0)],
 )
-def test_means_and_likelihood(
-    motion: RandomWalk | ConstantVelocity, scheme: str, threshold: float
-) -> None:
+def test_means_and_likelihood(motion: Linear, scheme: str, threshold: float) -> None:
     """In a linear-Gaussian world the Kalman filter knows the answer."""
     exact, _, log_likelihood = kalman(motion)
     config = linear_gaussian(motion, 400, threshold, scheme)
@@ -161,7 +160,7 @@ def test_means_and_likelihood(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("motion", MODELS, ids=["random_walk", "constant_velocity"])
-def test_the_error_falls_as_the_root_of_n(motion: RandomWalk | ConstantVelocity) -> None:
+def test_the_error_falls_as_the_root_of_n(motion: Linear) -> None:
     exact, deviations, _ = kalman(motion)
     counts = np.array([50, 200, 800, 3200])
     errors = []
