@@ -68,12 +68,8 @@ class Broker:
 class SlowBroker:
     """Speaks as much of MQTT as a publisher needs, as slowly as it is told.
 
-    Attributes
-    ----------
-    silent
-        The packets that it does not answer: "connect", "publish" or "tls".
-    texts
-        What was published under topics, in order; the same again if it was not confirmed.
+    It does not answer the packets in `silent`: "connect", "publish". `texts` is what was published
+    under topics, in order; the same again if it was not confirmed.
     """
 
     def __init__(self) -> None:

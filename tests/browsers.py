@@ -55,15 +55,7 @@ def visitors(browser: Browser, **options: Any) -> BrowserContext:
 
 
 class Shown:
-    """The page of a studio, as a person uses it.
-
-    Attributes
-    ----------
-    page
-        The page of the browser.
-    wrong
-        Errors on the page, and requests to other places.
-    """
+    """The page of a studio, as a person uses it; `wrong` are errors, and requests to others."""
 
     def __init__(self, context: BrowserContext, address: str) -> None:
         self.context = context

@@ -95,25 +95,10 @@ class Building:
 
 
 class Simulation:
-    """People who walk through a building, and the reports of its cameras.
+    """People who walk through a building, and the reports of its cameras: `rate` a second.
 
-    Parameters
-    ----------
-    building
-        The building.
-    seconds
-        How long it is watched.
-    people
-        How many people are in a room at a time, on average.
-    rate
-        Frames a second.
-    seed
-        Seed of the random numbers.
-
-    Attributes
-    ----------
-    people
-        The person behind each object, by the camera's name and the identity there.
+    `people` are in a room at a time, on average; later, they are those behind each object, by the
+    camera's name and the identity there.
     """
 
     def __init__(

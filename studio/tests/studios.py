@@ -131,14 +131,7 @@ def running(
 class Page:
     """What a page does: it sends commands, and keeps what it is sent.
 
-    Attributes
-    ----------
-    session
-        The newest state.
-    rows
-        The rows by object and frame.
-    messages
-        All messages but states and rows.
+    It has the newest state, the rows by object and frame, and all other messages.
     """
 
     def __init__(self, socket: ClientConnection) -> None:

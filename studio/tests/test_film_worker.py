@@ -32,16 +32,7 @@ pytestmark = pytest.mark.slow
 
 
 class Begun:
-    """The tasks that workers have begun and ended.
-
-    Attributes
-    ----------
-    workers
-        The workers that make pictures.
-    asked, begun, ended
-        The pictures that were asked for, those whose work has begun, and those for which nobody
-        waits any more.
-    """
+    """Pictures that were asked for, begun, and those for which nobody waits; and their workers."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.workers: list[Worker] = []

@@ -21,15 +21,7 @@ class Idle:
 
 
 class Tasks:
-    """Tasks of a pool, which last until they are let go.
-
-    Attributes
-    ----------
-    running
-        The names of those that have a worker, in the order in which they got one.
-    workers
-        All workers.
-    """
+    """Tasks of a pool, which last until they are let go; `running` are those with a worker."""
 
     def __init__(self, most: int) -> None:
         self.pool = WorkerPool(self._start, most)

@@ -11,7 +11,6 @@ from .outcomes import DefectError, outcome, put
 
 
 def trackers() -> list[bytes]:
-    """Return whole configurations, and a file that changes a little of a preset."""
     names = ("default", "nummiaro:adaptive", "maggio", "ng_delp", "zhao_pei", "mean_shift")
     short = b'preset = "maggio"\nparticles = 80\n[color]\nbins = [8, 8, 8] # a comment\n'
     return [short, *(presets.preset(name).to_toml().encode() for name in names)]
@@ -30,7 +29,6 @@ def check_tracker(data: bytes) -> str:
 
 
 def scenes() -> list[bytes]:
-    """Return configurations of scenes with several detectors."""
     whole = _scene().to_toml().encode()
     short = b'confirm = 3\n[detector]\ntype = "like"\nbox = [10, 20, 30, 40]\n'
     return [whole, short, b'[detector]\ntype = "background"\nhistory = 40\n']

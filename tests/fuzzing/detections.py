@@ -24,7 +24,6 @@ EMPTY = np.zeros((48, 64, 3), np.uint8)
 
 
 def seeds() -> list[bytes]:
-    """Return truth with classes, and detections without."""
     found = b"1,-1,10,20,30,40,0.5,-1,-1,-1\n2,-1,11,20,30,40,0.25\n\n3 -1 12 20 3e1 40 1\n"
     distracted = TRUTH.replace(b",1,1,0.9", b",1,8,0.9", 3).replace(b"3,1,", b"3;1;")
     return [TRUTH, distracted, found]

@@ -34,7 +34,6 @@ NOW = Record(
 
 
 def records() -> list[bytes]:
-    """Return the record of the evaluation that is resumed, and of another one."""
     now = msgspec.json.encode(NOW)
     return [msgspec.json.format(now), now.replace(b"12ab", b"34cd"), now.replace(b"ope", b"pixel")]
 
@@ -51,7 +50,6 @@ def check_record(data: bytes) -> str:
 
 
 def traces() -> list[bytes]:
-    """Return tracks of one object, with all numbers and without some."""
     boxes = np.array([Ellipse.from_box(Box(10 + i, 12, 20, 15.5)) for i in range(FRAMES)])
     path, flags = scratch() / "trace.csv", np.arange(FRAMES) == 3
     times, spread = np.full(FRAMES, 0.002), np.tile((2.0, 0.1, 1.0), (FRAMES, 1))
@@ -71,7 +69,6 @@ def check_trace(data: bytes) -> str:
 
 
 def tracks() -> list[bytes]:
-    """Return the times of many objects' tracks."""
     path = scratch() / "tracks.csv"
     rows = read_rows(put("truth.txt", detections.TRUTH), FRAMES, "results")
     save_tracks(path, Tracks(rows, np.linspace(0.01, 0.02, FRAMES)))

@@ -45,7 +45,6 @@ def _files() -> dict[str, bytes]:
 
 
 def seeds(name: str) -> list[bytes]:
-    """Return the whole file of this name."""
     return [_files()[name]]
 
 

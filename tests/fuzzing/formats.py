@@ -50,7 +50,6 @@ def _several() -> Recording:
 
 
 def seeds(name: str) -> list[bytes]:
-    """Return sound files of a format."""
     single = name != "journal" and registry.FORMATS.resolve(name).single
     found = []
     for number, recorded in enumerate([_one(), *[_several()] * (not single)]):
@@ -85,7 +84,6 @@ def check(name: str, data: bytes) -> str:
 
 
 def lenses() -> list[bytes]:
-    """Return the files of OpenCV's calibration."""
     matrix = "60., 0., 32., 0., 60., 24., 0., 0., 1."
     return [
         f"%YAML:1.0\n---\nimage_width: 64\nimage_height: 48\ncamera_matrix: !!opencv-matrix\n"

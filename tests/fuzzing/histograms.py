@@ -11,7 +11,6 @@ from .outcomes import check_finite, outcome, put, scratch
 
 
 def seeds() -> list[bytes]:
-    """Return histograms of a colorful ellipse."""
     pixels = np.arange(48 * 64 * 3, dtype=np.uint8).reshape(48, 64, 3)
     frame, region = Frame(0, 0.0, pixels), Ellipse(30, 20, 9, 6, 0.3)
     path = scratch() / "target.json"

@@ -19,7 +19,6 @@ COMMANDS = ("track", "watch", "evaluate")
 
 
 def seeds() -> list[bytes]:
-    """Return valid words."""
     lines = (
         "track --init 10,12,20,16 --start 0 --end 4 --stride 1 --seed 3",
         "track --init 20,20,9,7.5,0.3 --preset nummiaro --set budget.max=500",

@@ -21,7 +21,6 @@ WALK = [(4.0 * i - 20, 2.0 * i + 3) for i in range(25)]
 
 
 def doors() -> list[bytes]:
-    """Return places where a target may appear."""
     return [
         b'[[place]]\nname = "door"\nbox = [10, 5, 30, 20]\n\n[[place]]\nname = "rim"\nborder = 4\n',
         b'place = [{box = [0.5, 1e1, 20, 20]}, {name = "\\u00e9", border = 10}]\n',
@@ -37,7 +36,6 @@ def check_doors(data: bytes) -> str:
 
 
 def counted() -> list[bytes]:
-    """Return lines, zones and grounds."""
     zones = b"""[[line]]
 name = "gate"
 points = [32, 0, 32, 48]
@@ -87,7 +85,6 @@ def _walker(index: int, x: float, y: float) -> Track:
 
 
 def rigs() -> list[bytes]:
-    """Return rigs of cameras."""
     return [
         b"""[[camera]]
 name = "hall"

@@ -44,7 +44,6 @@ def _outcome(load: Callable[[], Loaded]) -> str:
 
 
 def truths() -> list[bytes]:
-    """Return boxes, polygons, masks, and tracks, a row for each frame."""
     return [
         BOXES,
         b"10.5,12,30,14,28,30,9,29\n" * FRAMES,
@@ -71,7 +70,6 @@ def check_truth(data: bytes) -> str:
 
 
 def lists() -> list[bytes]:
-    """Return lists of sequences."""
     return [b"One\n", b"One\nTwo\n", b"./One\n"]
 
 
@@ -84,7 +82,6 @@ def check_list(data: bytes) -> str:
 
 
 def labels() -> list[bytes]:
-    """Return labels of absence."""
     return [b"0\n0\n1\n0\n0\n0\n", b"1 " * FRAMES]
 
 
@@ -97,7 +94,6 @@ def check_label(data: bytes) -> str:
 
 
 def information() -> list[bytes]:
-    """Return what says how many frames a sequence has."""
     plain = b"[Sequence]\nname=One\nimDir=img1\nframeRate=25\nseqLength=6\nimWidth=64\n"
     return [plain, plain.replace(b"=", b" : ").replace(b"25", b"29.97")]
 
@@ -113,7 +109,6 @@ def check_information(data: bytes) -> str:
 
 
 def masks() -> list[bytes]:
-    """Return masks as pictures."""
     white = np.zeros((48, 64), np.uint8)
     white[10:20, 20:40] = 255
     pictures = []

@@ -10,11 +10,9 @@ __all__ = ["check", "mutate", "seeds"]
 
 
 def seeds() -> list[bytes]:
-    """Return saved trackers of several kinds."""
     names = ("default", "nummiaro:adaptive", "mean_shift", "all, by cue")
     return [broken_states.example(name, "tracking") for name in names]
 
 
 def mutate(rng: Random, saved: Sequence[bytes]) -> bytes:
-    """Return one of the trackers, broken."""
     return broken_states.mutate(rng, rng.choice(saved))

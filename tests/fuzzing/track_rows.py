@@ -15,7 +15,6 @@ FRAMES = 12
 
 
 def seeds() -> list[bytes]:
-    """Return whole and half-written rows."""
     whole = [_whole("rows.csv"), _whole("rows.jsonl")]
     return [*whole, *(rows[: len(rows) // 2] for rows in whole)]
 
