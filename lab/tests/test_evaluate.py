@@ -40,8 +40,6 @@ from motes_lab.protocols.trace import TrackerOutput, load_trace, save_trace
 from motes_lab.run_folder import Record, prepare, record
 from motes_lab.runner import plan, run, unfinished
 
-# Protocols
-
 
 def sequence(boxes: list[list[float]], name: str = "film", source: str | Path = "none") -> Sequence:
     table = np.array(boxes, np.float64)
@@ -127,9 +125,6 @@ def test_what_is_no_trace(tmp_path: Path, text: str | None) -> None:
         path.write_text(text.replace("HEAD", head))
     with pytest.raises(FormatError, match=r"a\.csv"):
         load_trace(path)
-
-
-# Contestants
 
 
 @pytest.fixture
@@ -314,9 +309,6 @@ def _odd(value: Any) -> Answer:
     return answer
 
 
-# OpenCV's
-
-
 class _Recorder:
     """Notes what it is given, and answers what it shall."""
 
@@ -356,8 +348,6 @@ def test_peers_get_whole_pixels_and_bgr(
         assert answer.ellipse is None
         assert answer.lost
 
-
-# Runs
 
 Dataset = tuple[list[TrackerSpec], list[Sequence]]
 

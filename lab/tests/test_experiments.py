@@ -171,9 +171,6 @@ TABLE = Table(
 )
 
 
-# The command line
-
-
 def go(capfd: pytest.CaptureFixture[str], line: str) -> tuple[int, str, str]:
     capfd.readouterr()
     code = main(["experiment", *line.split()])

@@ -63,9 +63,6 @@ def test_coverage_by_hand() -> None:
     assert found.tolist() == list(inside)
 
 
-# Success and precision
-
-
 @given(st.lists(shares, min_size=1, max_size=20))
 def test_success_as_in_the_benchmark(overlaps: list[float]) -> None:
     """The benchmark's own program counts frames threshold by threshold."""
@@ -80,9 +77,6 @@ def test_success_as_in_the_benchmark(overlaps: list[float]) -> None:
     assert curve == sorted(curve, reverse=True)
     # The curve's area is the mean overlap, but for the width of a step.
     assert abs(sum(curve) / 21 - sum(overlaps) / len(overlaps)) <= 1 / 20
-
-
-# Overlap distance
 
 
 def raster_od(one: Ellipse, other: Ellipse, size: int = 800) -> float:
@@ -126,9 +120,6 @@ def test_od_of_what_is_no_ellipse() -> None:
     assert metrics.overlap_distances(np.empty((0, 5)), np.empty((0, 5))).shape == (0,)
 
 
-# Calibration
-
-
 def test_calibration_by_hand() -> None:
     sure, right = np.array([0.05, 0.31, 0.39, 1.0]), np.array([False, True, False, True])
     found = metrics.calibration_error(sure, right, np.ones(4))
@@ -149,9 +140,6 @@ def test_calibration_bin_by_bin(rows: list[tuple[float, bool, float]]) -> None:
     found = metrics.calibration_error(confidence, correct, weights)
     assert found == pytest.approx(error, abs=1e-12)
     assert 0 <= found <= 1 + 1e-12
-
-
-# Differences
 
 
 def test_difference_of_two_pairs() -> None:

@@ -59,9 +59,6 @@ def followed(crowd: MotSequence, name: str, detector: str = "", seed: int = 0) -
     return running.trace
 
 
-# Trackers
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "late"), [("trackers:sort", 2), ("trackers:bytetrack", 1)])
 def test_peers_follow_two_that_walk(crowd: MotSequence, name: str, late: int) -> None:
@@ -224,9 +221,6 @@ def test_names(home: Path) -> None:
         assert expected in what
 
 
-# Tracks
-
-
 def test_tracks_are_read_back(tmp_path: Path) -> None:
     given = Tracks(
         rows((1, 4, 1, 2, 3, 4), (3, 4, 1.25, 2, 3, 4), (3, 5, 1, 2, 3, 4)),
@@ -268,9 +262,6 @@ def test_tracks_of_another_length_are_refused(tmp_path: Path) -> None:
         MotOutcome.load(tmp_path / "a.csv", film)
 
 
-# Runs
-
-
 @pytest.mark.slow
 def test_a_run(home: Path, crowd: MotSequence) -> None:
     entries, _ = resolve(["many:Seeded", "many:Raises"], mot_tracker_spec)
@@ -295,9 +286,6 @@ def test_a_run(home: Path, crowd: MotSequence) -> None:
     _, damaged = MotOutcome.of(jobs[0], home / "out", {})
     assert damaged.trace is None
     assert re.search(r"line 1: 1 numbers.*Delete it and --resume\.", damaged.error)
-
-
-# Results
 
 
 def outcome(

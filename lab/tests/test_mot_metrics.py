@@ -27,9 +27,6 @@ def line(identity: int, frames: range, x: float = 0, shift: float = 0) -> list[t
     return [(frame, identity, x + shift, 0, 10, 10) for frame in frames]
 
 
-# By hand
-
-
 def test_errors_by_hand() -> None:
     """Tracks 5 and 6 change persons in frame 3, and back in frame 4; 7 is nobody, 8 on person 1."""
     truth = rows(*line(1, range(1, 6)), *line(2, range(1, 6), x=50), *line(3, range(1, 6), x=52))
@@ -44,8 +41,6 @@ def test_errors_by_hand() -> None:
     assert (found.merged, found.late) == (5, 1)  # 3 stands in the box of 2 or of 5
     assert errors(truth, rows(*line(5, range(1, 6)))).handovers == 0
 
-
-# As TrackEval
 
 FRAMES = 6
 

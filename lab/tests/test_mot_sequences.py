@@ -57,9 +57,6 @@ def test_classes_are_where_the_truth_has_them(tmp_path: Path, more: str) -> None
         assert read(tmp_path, f"{line}{more}\n").classes.tolist() == [-1]
 
 
-# Datasets
-
-
 def loaded(path: Path) -> MotSequence:
     crowds, problems = load_mot_dataset(path)
     assert problems == []

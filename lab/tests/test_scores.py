@@ -15,8 +15,6 @@ from motes_lab.protocols.trace import save_trace
 from motes_lab.report.sections import comparisons
 from motes_lab.scores import COLUMNS, Outcome, score, write_results
 
-# A pass
-
 
 def test_score_frame_by_frame() -> None:
     """A second implementation, a frame at a time."""
@@ -91,9 +89,6 @@ def test_order_of_results(tmp_path: Path) -> None:
     ]
     write_results(tmp_path, [*given[:2], *reversed(given[2:])])
     assert (tmp_path / "results.csv").read_bytes() == text
-
-
-# Means
 
 
 def fits(good: int, of: int = 20) -> Floats:

@@ -57,9 +57,6 @@ def refusal(path: Path, annotation: Path | None = None) -> str:
     return problem.what
 
 
-# Rows → regions.
-
-
 def only(text: str) -> TruthRegion:
     (region,) = read_regions(text)
     return region
@@ -204,9 +201,6 @@ def test_mask_pictures(tmp_path: Path, mode: str) -> None:
     assert read_mask(tmp_path / "1.png").box == (7, 4, 10, 5)
 
 
-# Folders → sequences.
-
-
 def test_otb_is_one_based(tmp_path: Path) -> None:
     sequence = load(otb(tmp_path / "David", "11,21,30,40\nNaN,NaN,NaN,NaN\n"))
     assert sequence.name == "David"
@@ -290,9 +284,6 @@ def test_names_that_meet(tmp_path: Path) -> None:
     assert problems == [Problem("sequence A-1", "there are two of this name; rename one")]
 
 
-# Which pictures are the frames.
-
-
 def test_pictures_that_cannot_be_kept_apart(tmp_path: Path) -> None:
     frames(tmp_path, 3)
     (tmp_path / "groundtruth.txt").write_text("1,1,5,5\n" * 3)
@@ -312,9 +303,6 @@ def test_a_sequence_in_a_relative_folder_of_digits(
         assert source.frame_count == 2
     monkeypatch.chdir(tmp_path / "0")
     assert load(Path()).name == "0"
-
-
-# A video of one's own.
 
 
 def test_films_with_the_truth_beside_them(tmp_path: Path) -> None:
@@ -385,9 +373,6 @@ def test_annotation_that_is_none(tmp_path: Path, text: str, said: str) -> None:
     what = refusal(tmp_path / "a.mp4", tmp_path / "a.csv")
     assert what.startswith("a.csv")
     assert said in what
-
-
-# Bad input: named, while the others go on.
 
 
 TRUTH = "groundtruth_rect.txt"
@@ -466,9 +451,6 @@ def test_nothing_to_load(tmp_path: Path) -> None:
     (tmp_path / "list.txt").write_bytes(b"\xff\xfe")
     with pytest.raises(SourceError, match=r"list\.txt cannot be read: it is not text"):
         load_dataset(tmp_path)
-
-
-# The real ones.
 
 
 def test_real_sequences(data: Path) -> None:

@@ -95,9 +95,6 @@ def some(rng: np.random.Generator, count: int) -> MotRows:
     return rows(*((1, i, *rng.integers(0, 8, 2), 20, 20) for i in range(count)))
 
 
-# The command line
-
-
 @pytest.mark.slow
 def test_many_objects_on_the_command_line(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]

@@ -90,9 +90,6 @@ def slow_film(film: tuple[str, str], tmp_path_factory: pytest.TempPathFactory) -
     return str(folder)
 
 
-# What users get
-
-
 def test_rows_are_what_the_tracker_says(go: Go, film: tuple[str, str]) -> None:
     code, out, error = go("track FILM --init BOX --end 12 -o r.csv")
     assert (code, out) == (0, "")
@@ -190,9 +187,6 @@ def test_never_found(go: Go) -> None:
     assert len(read_csv("r.csv")) == 3
 
 
-# Configuration
-
-
 def test_layers_preset_then_file_then_options(go: Go) -> None:
     Path("c.toml").write_text("particles = 30\n[motion.noise]\nposition = 0.25\nsize = 0.0625\n")
     code, out, _ = go(
@@ -204,9 +198,6 @@ def test_layers_preset_then_file_then_options(go: Go) -> None:
     assert go("track --config all.toml --dump-config")[1] == out
     for line in ("particles = 30", "position = 0.25", "size = 0.5", 'space = "hsv"', "rate = 0.05"):
         assert f"{line}\n" in out
-
-
-# Wrong input
 
 
 @pytest.mark.slow
@@ -326,9 +317,6 @@ def test_help_into_a_closed_pipe() -> None:
     assert (process.returncode, error) == (0, "")
 
 
-# Interrupted, and resumed
-
-
 def test_another_run_is_not_resumed(go: Go) -> None:
     assert go("track FILM --init BOX --preset nummiaro --end 12 -o r.csv")[0] == 0
     whole, remembered = Path("r.csv").read_bytes(), Path("r.csv.run.json").read_bytes()
@@ -437,12 +425,7 @@ def test_a_reader_that_leaves_ends_the_run(
         assert said == ""
 
 
-# What users see
-
-
-def test_rows_go_to_a_file_where_standard_output_is_a_terminal(
-    go: Go, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_on_a_terminal_rows_go_to_a_file(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
     monkeypatch.setattr("motes.cli.streams._lenient", lambda stream: stream)
     code, out, error = go("track FILM --init BOX --end 3")
@@ -486,9 +469,6 @@ def test_doctor(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(importlib, "import_module", load_or_fail)
         code, out, _ = go("doctor")
         assert (code, said in out) == (expected, True)
-
-
-# The loop
 
 
 def test_prefetch_keeps_order_and_stays_bounded() -> None:

@@ -29,9 +29,6 @@ from waiting import wait_until
 FRAMES = 800
 
 
-# Whole programs
-
-
 @pytest.mark.slow
 def test_a_closed_terminal(tmp_path: Path) -> None:
     """Nobody reads what is said then, and to say it fails."""
@@ -57,9 +54,6 @@ def test_a_closed_terminal(tmp_path: Path) -> None:
     assert process.returncode == 129
     with open_source(overlay) as drawn:
         assert len(list(drawn)) == rows.read_bytes().count(b"\n") - 1 < FRAMES
-
-
-# Within this process
 
 
 def send(number: int = signal.SIGINT) -> None:

@@ -40,9 +40,6 @@ profiles = st.sampled_from(["radial", "epanechnikov", "uniform", "gaussian"])
 pictures = st.builds(mosaic, st.integers(0, 99), st.integers(1, 24), st.integers(1, 24))
 
 
-# Bins
-
-
 @pytest.mark.parametrize("bins", [(8, 8, 4), (10, 10, 10), (7, 13, 61), (64, 64, 64)])
 def test_hsv_bins_are_exact(bins: tuple[int, int, int]) -> None:
     """Quotients in single precision against whole numbers, over a grid of 700,000 colors."""
@@ -82,9 +79,6 @@ counts = st.tuples(*[st.integers(1, 64)] * 3)
 def test_bins_are_exact(colors: list[tuple[int, int, int]], bins: Bins, space: Any) -> None:
     expected = [bin_of(*color, space, bins) for color in colors]
     np.testing.assert_array_equal(bins_of(colors, space, bins), expected)
-
-
-# Histograms
 
 
 @pytest.mark.parametrize("share", SHARES)
@@ -130,9 +124,6 @@ def test_more_points_approach_every_pixel(profile: Profile) -> None:
         errors.append(np.abs(cue.histograms(frame(pixels), ellipse) - whole).sum())
     assert errors[0] > 3 * errors[1] > 9 * errors[2]
     assert errors[2] < 0.01
-
-
-# Mean shift
 
 
 @given(st.integers(0, 50), wide_regions)

@@ -62,9 +62,6 @@ def seen(model: CorrelationModel, frame: Frame) -> Spectra:
     return Correlation().spectra(model.grid, model.grid.sample_window(frame, TARGET))
 
 
-# The window
-
-
 def test_a_window_between_pixels_is_bilinear_and_goes_on_outside() -> None:
     x = np.tile(np.arange(40, dtype=np.uint8)[None, :, None] * 5, (30, 1, 3))
     out = np.empty((3, 4, 60), np.float32)
@@ -147,9 +144,6 @@ def test_features_of_a_slope_are_its_sector(turn: int) -> None:
     np.testing.assert_allclose(found[27], gray, atol=1e-5)
 
 
-# The correlation filter
-
-
 def test_the_response_peaks_where_it_was_learned() -> None:
     cue, frame = Correlation(), textured()
     model = cue.learn(frame, TARGET)
@@ -179,9 +173,6 @@ def test_the_response_peaks_at_a_shift_finer_than_a_cell(shift: tuple[float, flo
     assert values[0] == pytest.approx(plane.max(), abs=0.05)
 
 
-# The color posterior
-
-
 def test_the_posterior_is_high_inside_a_patch_and_low_outside() -> None:
     cue, frame = Posterior(), patch()
     model = cue.learn(frame, TARGET)
@@ -200,9 +191,6 @@ def test_the_posterior_is_high_inside_a_patch_and_low_outside() -> None:
     assert contrast(integral, box) > 0.8
     assert contrast(integral, box + np.array([0.8 * width, 0, 0, 0])) < 0.6
     assert cue.distances(model, frame, np.array([TARGET]))[0] < 0.05
-
-
-# The size
 
 
 @pytest.mark.parametrize("steps", [-2, 0, 2])

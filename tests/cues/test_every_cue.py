@@ -104,9 +104,6 @@ def test_nothing_is_seen_outside_and_in_no_ellipse(cue: Any, sampling: Sampling)
     np.testing.assert_array_equal(each.distances(lost, picture, rows(nothing, WHERE)), 1)
 
 
-# Planes
-
-
 @pytest.mark.parametrize(
     "cue", [*ON_PLANES, Orientation(scale=0.15)], ids=lambda cue: type(cue).__name__
 )
@@ -181,9 +178,6 @@ def test_a_model_of_other_bins_is_refused(cue: Any, other: Any) -> None:
     for call in calls:
         with pytest.raises(ConfigError, match="no histogram of"):
             call(model, PICTURE, GOOD)
-
-
-# Kernels, by themselves
 
 
 @pytest.mark.parametrize("wild", [np.nan, np.inf, -np.inf, 1e300, -1e300, 1e19])

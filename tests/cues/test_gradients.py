@@ -109,9 +109,6 @@ def test_gradients_of_lattice(
     np.testing.assert_allclose(found, expected, atol=1e-5)
 
 
-# Planes
-
-
 @given(pictures, regions, st.integers(8, 200), forms)
 def test_gradients_at_points_are_those_found_everywhere(
     pixels: Any, ellipse: Ellipse, points: int, form: tuple[int, int, bool]
@@ -161,9 +158,6 @@ def sure_bins(pixels: Any, threshold: float, count: int) -> NDArray[np.int64]:
     return edge_bins(strength, angle, threshold, count)
 
 
-# Histograms
-
-
 @given(pictures, regions, st.sampled_from(sorted(SHARES)), st.sampled_from([8, 9, 36]))
 @example(mosaic(1, 16, 16), Ellipse(8, 8, 6, 5, 0.0), "all", 8)
 @example(mosaic(1, 16, 16), Ellipse(0, 15, 6, 5, 0.0), "half", 8)
@@ -196,9 +190,6 @@ def test_edges_of_lattice(pixels: Any, ellipse: Ellipse, points: int) -> None:
     np.testing.assert_allclose(found, expected, atol=1e-6)
 
 
-# Distances
-
-
 def test_without_any_strong_edge() -> None:
     """Flat regions are alike, unlike those with edges, and unlike what lies outside the frame."""
     cue, flat = Edges(), edge((1, 0), 0)
@@ -208,9 +199,6 @@ def test_without_any_strong_edge() -> None:
     np.testing.assert_array_equal(cue.distances(model, flat, rows(MIDDLE, outside)), [0, 1])
     np.testing.assert_array_equal(cue.distances(model, edge((1, 0)), rows(MIDDLE, outside)), 1)
     assert not cue.histograms(flat, rows(outside)).any()
-
-
-# Planes
 
 
 @given(pictures, regions, st.integers(8, 200))

@@ -98,9 +98,6 @@ def replaced(cue: Orientation, **changes: Any) -> Orientation:
     return msgspec.structs.replace(cue, **changes)
 
 
-# The filters
-
-
 @given(st.floats(0.7, 40), st.floats(0.3, 3))
 def test_filters_are_gaussians_and_a_derivative(scale: float, window: float) -> None:
     filters = filters_of(scale, window)
@@ -122,9 +119,6 @@ def test_filters_are_gaussians_and_a_derivative(scale: float, window: float) -> 
             np.log(taps / taps[0]), -(np.arange(len(taps)) ** 2) / (2 * wanted), atol=1e-5
         )
         assert (len(taps) - 1) ** 2 >= 2.4**2 * wanted  # so far that little is cut off
-
-
-# The structure tensor
 
 
 def check_plane(found: Edges, tensor: Floats, count: int) -> float:
@@ -194,9 +188,6 @@ def test_angles(points: list[tuple[float, float]]) -> None:
     off = (off + np.pi) % (2 * np.pi) - np.pi  # a whole turn is none
     off[(x == 0) & (y == 0)] = 0
     assert np.abs(off).max() < 1.2e-5
-
-
-# Histograms
 
 
 @st.composite
@@ -307,9 +298,6 @@ def test_models(seed: int, ellipse: Ellipse, scale: float, cue: Orientation) -> 
     assert model.histogram.sum() == pytest.approx(1) or not model.histogram.any()
 
 
-# Nothing to see
-
-
 @forms
 @pytest.mark.parametrize("gray", [0, 255])
 @pytest.mark.parametrize("kept", [0.0, 0.5, 1.0])
@@ -350,8 +338,6 @@ def test_nothing_is_ever_nan(
     found = cue.distances(model, picture, rows(where, where._replace(x=-1e4), where))
     assert ((found >= 0) & (found <= 1)).all()
 
-
-# Rotation
 
 TARGET = Ellipse(60, 58, 40, 25, 0.0)
 
@@ -397,9 +383,6 @@ def test_a_share_of_the_pixels_is_kept(
     same = max(np.unique(values, return_counts=True)[1])
     above = np.count_nonzero(values > threshold)
     assert abs(above - kept * len(values)) <= max(1, same)
-
-
-# The scale
 
 
 @given(st.floats(0.5, 2))

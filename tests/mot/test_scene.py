@@ -212,10 +212,7 @@ def test_a_motion_that_is_no_homography_is_refused(motion: Any) -> None:
         Scene(Moved()).update(Frame(0, 0.0, GROUND))
 
 
-# Rendered, from pixels alone
-
-
-@pytest.mark.parametrize("detector", [None, 3, "background", BackgroundDetector])
+@pytest.mark.parametrize("detector", [None, 3, "mog2", BackgroundDetector])
 def test_what_is_no_detector_is_refused_at_once(detector: Any) -> None:
     with pytest.raises(ConfigError, match=r"BackgroundDetector\(\); got"):
         Scene(detector)
@@ -259,9 +256,6 @@ def test_identities_survive_full_occlusion() -> None:
         identity = np.bincount(early[:, k]).argmax()
         assert identity > 0
         assert (late[:, k] == identity).mean() > 0.8
-
-
-# Ahead
 
 
 class Slow:
@@ -340,9 +334,6 @@ def test_what_fails_ahead_is_told_in_its_turn(ahead: bool) -> None:
         with pytest.raises(SourceError, match=why):
             next(watched)
         assert threading.active_count() == threads
-
-
-# Association
 
 
 def test_objects_stay_where_they_should_be_in_what_they_share() -> None:

@@ -70,9 +70,6 @@ clouds = st.builds(cloud, st.integers(0, 999), st.integers(8, 30), st.integers(2
 floors = st.floats(0.05, 3)
 
 
-# Fixed weights
-
-
 @given(st.dictionaries(st.sampled_from(NAMES), st.floats(1e-6, 1e6)), st.integers(2, 4))
 def test_fixed_weights_are_normalized(weights: Mapping[str, float], cues: int) -> None:
     found = shares(Fixed(weights=dict(weights)), cloud(0, 3, cues))
@@ -89,9 +86,6 @@ def test_a_share_is_the_power_of_a_likelihood(made: tuple[Floats, Floats, Floats
     likelihoods = [np.exp(log * len(logs) * w) for log, w in zip(logs, powers, strict=True)]
     expected = np.exp(prior) * np.prod(likelihoods, axis=0)
     np.testing.assert_allclose(weights.values, expected / expected.sum(), rtol=1e-9)
-
-
-# Adaptive weights
 
 
 @given(clouds, floors)
@@ -149,9 +143,6 @@ def test_particles_without_a_likelihood(bad: float) -> None:
     for fusion in (PrintedMixture(), Fixed()):
         weights, found = fusion.fuse(NAMES[:2], prior, logs, ellipses)
         assert np.isfinite([*weights.values, *found]).all()
-
-
-# The filter
 
 
 def with_cues(**changes: Any) -> ParticleFilter:

@@ -27,8 +27,6 @@ from motes.sot.presets import TrackerConfig, configure
 from motes.sot.tracker import Tracker
 from oracles import region, scene
 
-# Forgetting
-
 
 @given(st.integers(0, 99), st.floats(0, 1), st.floats(0, 1))
 def test_forgetting_is_its_formula(seed: int, rate: float, anchor: float) -> None:
@@ -43,9 +41,6 @@ def test_forgetting_is_its_formula(seed: int, rate: float, anchor: float) -> Non
         np.testing.assert_allclose(learned.histogram, expected, atol=1e-12)
         assert learned.histogram.sum() == pytest.approx(1)
         assert learned.memory is None
-
-
-# In the filter
 
 
 def walk(*indices: int) -> list[Any]:
@@ -160,9 +155,6 @@ def test_every_filter_takes_every_strategy(name: str, kind: str, tmp_path: Path)
         assert loaded.update(picture).ellipse == tracker.update(picture).ellipse
 
 
-# The Kalman filter
-
-
 def tail(t: float, freedom: int) -> float:
     """Return the probability that Student's t exceeds t, by summing up its density."""
     x = np.linspace(0, abs(t), 20_001)
@@ -218,9 +210,6 @@ def test_the_filter_is_its_equations(seed: int, bins: int, frames: int) -> None:
         assert learned.histogram.sum() == pytest.approx(1)
 
 
-# The Gaussian model
-
-
 def equation_16(first: Floats, seen: list[Floats], beta: float, k: float) -> Iterator[Floats]:
     """Yield the model, one bin at a time."""
     for count in range(1, len(seen) + 1):
@@ -248,9 +237,6 @@ def test_the_gaussian_model_is_its_equation(seed: int, bins: int, beta: float, k
     expected = equation_16(first, seen, beta, k)
     for learned, model in zip(lessons(strategy, first, seen), expected, strict=True):
         np.testing.assert_allclose(learned.histogram, model, atol=1e-9)
-
-
-# The Kalman filter around the first frame
 
 
 def anchored_kalman(first: Floats, seen: list[Floats], config: AnchoredKalman) -> Iterator[Floats]:

@@ -173,9 +173,6 @@ def test_the_error_falls_as_the_root_of_n(motion: Linear) -> None:
     assert errors[-1] < 0.1
 
 
-# The estimate
-
-
 ellipses_ = st.lists(
     st.tuples(
         st.floats(-99, 99), st.floats(-99, 99), st.floats(1, 50), st.floats(1, 50), st.floats(-1, 1)
@@ -205,9 +202,6 @@ def test_half_a_turn_changes_no_ellipse() -> None:
     assert math.cos(2 * (mean.theta - 1.6)) == pytest.approx(1)
     assert -math.pi / 2 <= mean.theta <= math.pi / 2
     assert covariance[4, 4] == pytest.approx(np.var([1.5, 1.6, 1.7]))
-
-
-# The step
 
 
 def begun(**changes: Any) -> tuple[ParticleFilter, FilterState]:

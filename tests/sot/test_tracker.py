@@ -90,9 +90,6 @@ def follow(tracker: Tracker, frames: list[Frame]) -> list[Track]:
     return [sound(track, tracker.config) for track in tracks]
 
 
-# Tracking
-
-
 @pytest.mark.parametrize("name", SEEING)
 def test_follows_a_target(name: str) -> None:
     tracks = follow(Tracker(CONFIGS[name]), FRAMES)
@@ -207,9 +204,6 @@ def test_odd_times_work(name: str, gap: float) -> None:
     assert name not in SEEING or iou(track.box, region(path(7)).box) > 0.4
 
 
-# Refusals
-
-
 @of_algorithms
 @pytest.mark.parametrize(
     ("target", "message"),
@@ -274,9 +268,6 @@ def test_frames_that_are_refused(name: str) -> None:
         tracker.update(np.zeros(5, np.uint8))
     # A refused frame leaves no trace.
     assert same(tracker.update(FRAMES[2]), twin.update(FRAMES[2]))
-
-
-# Repetition
 
 
 def states() -> Iterator[Any]:
@@ -366,9 +357,6 @@ def test_saved_and_loaded_it_goes_on_the_same(name: str, tmp_path: Path) -> None
     assert all(same(one, other) for one, other in zip(first, again, strict=True))
 
 
-# Status and confidence
-
-
 def covers(track: Track, truth: Ellipse) -> bool:
     """Whether the estimate is where the target is; the size of a plain one is hard to tell."""
     off = math.hypot(track.ellipse.x - truth.x, track.ellipse.y - truth.y)
@@ -438,9 +426,6 @@ def test_the_angle_of_a_full_turn(name: str, form: str, follows: bool) -> None:
         errors.append(abs((off + 90) % 180 - 90))
     assert bool(max(errors) < 20) is follows
     assert bool(np.mean(errors) < 10) is follows
-
-
-# A known histogram
 
 
 def known(name: str) -> KnownTarget:
@@ -533,9 +518,6 @@ def test_real_sequences(data: Path, name: str, low: float) -> None:
         overlap = iou([track.box for track in tracks], boxes)
         scores.append(np.mean([(overlap > t).mean() for t in np.linspace(0, 1, 21)]))
     assert np.mean(scores) > low
-
-
-# Real sequences
 
 
 def test_any_callable_is_a_detector() -> None:

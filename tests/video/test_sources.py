@@ -64,9 +64,6 @@ def error_of(source: str | int | Path, **selection: Any) -> str:
     return str(caught.value)
 
 
-# Files
-
-
 def test_a_video_gives_its_pictures(whole: Path) -> None:
     with open_source(whole) as source:
         assert (source.width, source.height) == (64, 48)
@@ -215,9 +212,6 @@ def test_pixel_forms_and_odd_sizes(
         assert np.abs(frame.pixels[12:, 16:].astype(int) - expected).max() <= limit
 
 
-# Damage
-
-
 @pytest.mark.parametrize("share", [0.3, 0.9])
 def test_a_cut_mp4_gives_all_frames_before_the_cut(tmp_path: Path, share: float) -> None:
     path = clip(tmp_path / "cut.mp4", 60, noisy=True)
@@ -297,9 +291,6 @@ def test_a_change_of_size_in_a_video_is_refused(tmp_path: Path) -> None:
     assert "Frame 10" in message
     assert "80x48" in message
     assert "64x48" in message
-
-
-# What is no source
 
 
 def test_what_is_no_video_is_refused(tmp_path: Path) -> None:
@@ -385,9 +376,6 @@ def test_nothing_is_said_on_the_terminal(tmp_path: Path, capfd: pytest.CaptureFi
     (tmp_path / "words.mp4").write_text("hello")
     error_of(tmp_path / "words.mp4")
     assert capfd.readouterr() == ("", "")
-
-
-# Images
 
 
 def test_images_come_in_natural_order(tmp_path: Path) -> None:
@@ -495,9 +483,6 @@ def test_a_missing_camera_is_refused() -> None:
         pytest.skip("there is a camera")
     assert "camera 0" in error_of(0)
     assert error_of("0") == error_of(0)
-
-
-# Cameras and servers
 
 
 @pytest.mark.parametrize(

@@ -161,9 +161,6 @@ def test_two_batches_do_not_share_a_folder(tmp_path: Path) -> None:
         pass
 
 
-# The command
-
-
 @pytest.fixture(scope="module")
 def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a folder with three films and a table of jobs of every kind."""
