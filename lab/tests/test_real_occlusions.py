@@ -29,35 +29,23 @@ PASSING = [40.0 + 3 * f for f in range(FRAMES)]
 """Touches 1 in the frames 15 to 27: at 82 and at 118."""
 
 
-def test_who_passes_behind_another_is_occluded() -> None:
-    found = occlusions_of(truth(PASSING), FRAMES)
-    assert found == [Occlusion(2, 1, range(5, 15), range(28, 38))]
+def aside(frames: int) -> list[float]:
+    """Return the way of one who is elsewhere for some frames."""
+    return [*PASSING[:20], *[200.0] * frames, *PASSING[20 : 40 - frames]]
 
 
-def test_who_passes_before_another_occludes_it() -> None:
-    ((hidden, front, *_),) = occlusions_of(truth(PASSING, top=45), FRAMES)
-    assert (hidden, front) == (1, 2)
-
-
-@pytest.mark.parametrize(
-    ("lefts", "top", "why"),
-    [
-        (PASSING, -20.0, "never half covered"),
-        ([200.0] * FRAMES, 30.0, "never touched"),
-        ([90.0 + 3 * f for f in range(FRAMES)], 30.0, "no frames before"),
-        ([float("nan")] * 12 + PASSING[12:], 30.0, "too few frames before"),
-    ],
+@pytest.mark.cases(
+    (PASSING, 30.0, [Occlusion(2, 1, range(5, 15), range(28, 38))]),
+    (PASSING, 45.0, [Occlusion(1, 2, range(5, 15), range(28, 38))]),  # it passes before the other
+    (PASSING, -20.0, []),  # never half covered
+    ([200.0] * FRAMES, 30.0, []),  # never touched
+    ([90.0 + 3 * f for f in range(FRAMES)], 30.0, []),  # no frames before
+    ([float("nan")] * 12 + PASSING[12:], 30.0, []),  # too few frames before
+    (aside(4), 30.0, [Occlusion(2, 1, range(5, 15), range(32, 41))]),  # no end
 )
-def test_some_are_no_occlusions(lefts: list[float], top: float, why: str) -> None:
-    assert occlusions_of(truth(lefts, top), FRAMES) == [], why
-
-
-def test_a_gap_of_a_few_frames_is_no_end() -> None:
-    aside = [*PASSING[:20], *[200.0] * 4, *PASSING[20:36]]
-    (one,) = occlusions_of(truth(aside), FRAMES)
-    assert (one.before, one.after) == (range(5, 15), range(32, 41))
-    aside = [*PASSING[:20], *[200.0] * 6, *PASSING[20:34]]
-    assert len(occlusions_of(truth(aside), FRAMES)) == 2
+def test_occlusions(lefts: list[float], top: float, found: list[Occlusion]) -> None:
+    assert occlusions_of(truth(lefts, top), FRAMES) == found
+    assert len(occlusions_of(truth(aside(6)), FRAMES)) == 2
 
 
 @pytest.mark.parametrize(

@@ -284,6 +284,11 @@ def test_lines_end_as_those_of_the_file(go: Tell) -> None:
     for line in ("--at 2=BOX", "--absent 3"):
         assert go(f"refine FILM many.csv --identity 2 {line}")[0] == 0
         assert path.read_bytes().count(b"\n") == path.read_bytes().count(b"\r\n") == 1 + 2 * 4
+    assert go(f"track FILM --at 0=BOX --at 12=BOX -o one.csv {OPTIONS}")[0] == 0
+    before = Path("one.csv").read_bytes().replace(b"\n", b"\r\n")
+    Path("one.csv").write_bytes(before)
+    assert go("refine FILM one.csv --at 18=31,25,30,40")[0] == 0
+    assert Path("one.csv").read_bytes().startswith(b"".join(before.splitlines(True)[:13]))
 
 
 def test_other_objects_keep_their_names_and_their_metres(go: Tell) -> None:
@@ -454,14 +459,6 @@ def test_a_correction_killed_between_its_files_is_finished(
         assert not History.load(Path("rows.csv.run.json")).unfinished
         Path("rows.csv.run.json").unlink()
         assert go(f"track FILM {mark} -o rows.csv --overwrite {OPTIONS}")[0] == 0
-
-
-def test_rows_with_other_ends_of_lines_keep_them(go: Tell) -> None:
-    assert go(f"track FILM --at 0=BOX --at 12=BOX -o rows.csv {OPTIONS}")[0] == 0
-    before = Path("rows.csv").read_bytes().replace(b"\n", b"\r\n")
-    Path("rows.csv").write_bytes(before)
-    assert go("refine FILM rows.csv --at 18=31,25,30,40")[0] == 0
-    assert Path("rows.csv").read_bytes().startswith(b"".join(before.splitlines(True)[:13]))
 
 
 def test_other_rows_stay_to_the_byte(go: Tell) -> None:

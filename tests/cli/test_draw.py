@@ -47,6 +47,15 @@ def notes(monkeypatch: pytest.MonkeyPatch) -> list[Mapping[int, str]]:
     return said
 
 
+@pytest.fixture
+def said(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Return the labels that are drawn."""
+    labels = list[str]()
+    paint = "motes.output.overlay._draw_label"
+    monkeypatch.setattr(paint, lambda image, text, *_: labels.append(text))
+    return labels
+
+
 def pictures(path: str | Path) -> list[np.ndarray]:
     with open_source(path) as film:
         return [frame.pixels.astype(int) for frame in film]
@@ -92,13 +101,8 @@ def test_rows_of_one_object_are_those_of_a_target(go: Tell) -> None:
 
 
 @pytest.mark.slow
-def test_speeds_are_those_of_the_file_or_of_the_units(
-    go: Tell, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_speeds_are_of_the_file_or_of_the_units(go: Tell, said: list[str]) -> None:
     """A box that walks 50 pixels a second, 10 pixels a metre, has 5 m/s beside its status."""
-    said = list[str]()
-    paint = "motes.output.overlay._draw_label"
-    monkeypatch.setattr(paint, lambda image, text, *_: said.append(text))
     assert go(f"{TRACK} -o metres.csv --scale 10")[0] == 0
     assert go(f"{TRACK} -o plain.csv")[0] == 0
     for line, true in (
@@ -117,9 +121,7 @@ def test_speeds_are_those_of_the_file_or_of_the_units(
 
 
 @pytest.mark.slow
-def test_the_speed_of_a_live_run_is_drawn_when_it_was(
-    go: Tell, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_live_speed_is_drawn_when_it_was(go: Tell, said: list[str]) -> None:
     """Rows of a live run have that of a quarter of a second ago; the box gets ever faster."""
     with VideoWriter("fall.mkv", 25) as writer:
         for index in range(FRAMES):
@@ -130,9 +132,6 @@ def test_the_speed_of_a_live_run_is_drawn_when_it_was(
     fall = TRACK.replace("film.mkv", "fall.mkv")
     assert go(f"{fall} -o rows.csv --scale 2")[0] == 0
     Path("rows.csv.run.json").unlink()  # the metres are those of the rows
-    said = list[str]()
-    paint = "motes.output.overlay._draw_label"
-    monkeypatch.setattr(paint, lambda image, text, *_: said.append(text))
     assert go("draw fall.mkv rows.csv -o drawn.mkv")[0] == 0
     speeds = [float(text.split()[-2]) for text in said]
     true = 0.16 / 2 * 25 * np.arange(FRAMES)
@@ -206,9 +205,7 @@ def test_objects_are_drawn_with_their_names_lines_and_speeds(
     assert not any("-1" in text for text in said)
 
 
-def test_speeds_of_rows_without_times_are_by_those_of_the_film(
-    go: Tell, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_speeds_of_rows_without_times_are_by_those_of_the_film(go: Tell, said: list[str]) -> None:
     """A film's frames come half as often from its middle on, as of a phone in the dark."""
     times = np.cumsum([0.0] + [0.04] * 14 + [0.08] * 15)
     with VideoWriter("dark.mkv", 25) as writer:
@@ -216,9 +213,6 @@ def test_speeds_of_rows_without_times_are_by_those_of_the_film(
             writer.write(np.full((60, 120, 3), 90, np.uint8), float(time))
     boxes = (f"{n + 1},1,{20 + 50 * time:.2f},20,9,9,1\n" for n, time in enumerate(times))
     Path("rows.txt").write_text("".join(boxes))
-    said = list[str]()
-    paint = "motes.output.overlay._draw_label"
-    monkeypatch.setattr(paint, lambda image, text, *_: said.append(text))
     assert go("draw dark.mkv rows.txt -o drawn.mkv --scale 10")[0] == 0
     np.testing.assert_allclose([float(text.split()[-2]) for text in said], 5, rtol=0.01)
 

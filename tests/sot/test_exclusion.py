@@ -103,17 +103,6 @@ def test_who_comes_out_from_behind_another_one_is_found_again(threads: int) -> N
     assert iou(walker.box, (place(FRAMES - 1), 40, 24, 40)) > 0.7
 
 
-def test_alone_it_would_be_taken_for_the_other_one() -> None:
-    """What the test above would see if each target were followed as if it were alone."""
-    first, *frames = film()
-    tracker = Tracker(seed=1)
-    tracker.init(first, (20, 40, 24, 40))
-    for frame in frames:
-        track = tracker.update(frame)
-    assert iou(track.box, FRONT) > 0.7
-    assert track.confidence > 0.5
-
-
 def test_targets_that_do_not_meet_are_followed_as_if_alone() -> None:
     frames = film()[:8]
     boxes = [(20, 40, 24, 40), FRONT, (120, 20, 24, 40)]
