@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 from msgspec.structs import replace
 
-from motes.core.errors import FormatError
-from motes.core.frame import Frame
+from motes import FormatError, Frame, KnownTarget, ParticleFilter, Tracker
 from motes.cues.color import Color, Posterior
 from motes.cues.correlation_filter import Correlation
 from motes.cues.gradients import Edges, Hog
@@ -17,10 +16,7 @@ from motes.cues.structure_tensor import Orientation
 from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.motion import SecondOrder
 from motes.sot.filtering.resampling import KldSampling
-from motes.sot.known_target import KnownTarget
-from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import PRESETS, TrackerConfig, configure
-from motes.sot.tracker import Tracker
 from oracles import region, scene
 
 ALL = ParticleFilter(

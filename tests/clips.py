@@ -12,8 +12,7 @@ import av
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.frame import Frame
-from motes.video.writer import VideoWriter
+from motes import Frame, VideoWriter
 
 Pixels = NDArray[np.uint8]
 Codec = Literal[

@@ -2,13 +2,12 @@
 
 from collections.abc import Iterator
 
+from motes import PRESETS, ParticleFilter, TrackerConfig, configure
 from motes.cues.color import Color
 from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.likelihood import Gaussian
 from motes.sot.filtering.motion import Noise, SecondOrder
 from motes.sot.filtering.resampling import Systematic
-from motes.sot.particle_filter import ParticleFilter
-from motes.sot.presets import PRESETS, TrackerConfig, configure
 
 # Presets, and what no preset uses.
 CONFIGS: dict[str, TrackerConfig] = {

@@ -2,8 +2,7 @@
 
 import math
 
-from motes.core.geometry import Ellipse
-from motes.core.track import Status
+from motes import Ellipse, Status
 from motes.formats.recording import FilmFacts, Recording, placed
 
 FACTS = FilmFacts(source="film.mp4", width=320, height=240, fps=25.0, frames=40)

@@ -5,10 +5,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.detection import Detection
-from motes.core.frame import Frame
-from motes.core.geometry import Box
-from motes.video.writer import VideoWriter
+from motes import Box, Detection, Frame, VideoWriter
 
 
 def moving(index: int) -> NDArray[np.uint8]:

@@ -5,14 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 from msgspec.structs import replace
 
-from motes.core.frame import Frame
-from motes.core.geometry import Box
-from motes.core.track import Status
+from motes import PRESETS, Box, Frame, ParticleFilter, SceneConfig, Status, scene_config
 from motes.core.types import Floats
-from motes.mot.scene_config import SceneConfig, scene_config
 from motes.mot.tracked_object import TrackedObject
-from motes.sot.particle_filter import ParticleFilter
-from motes.sot.presets import PRESETS
 
 Color = tuple[int, int, int]
 RED, BLUE = (220, 60, 60), (60, 60, 220)

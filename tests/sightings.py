@@ -3,9 +3,7 @@
 import numpy as np
 from msgspec.structs import replace
 
-from motes.core.geometry import Ellipse
-from motes.core.track import Status, Track
-from motes.mot.analytics.events import Event, EventCounter
+from motes import Ellipse, Event, EventCounter, Status, Track
 
 
 def seen(

@@ -16,7 +16,7 @@ import pytest
 
 from clips import write_film
 from commands import Go, running
-from motes import synthetic
+from motes import ParticleFilter, Tracker, TrackerConfig, configure, preset, scene_config, synthetic
 from motes.core import registry
 from motes.core.config import from_dict, from_toml
 from motes.core.config_keys import keys
@@ -25,12 +25,8 @@ from motes.cues.base import CUES
 from motes.cues.color import Color
 from motes.formats.registry import FORMATS
 from motes.mot.pipeline_config import DETECTORS, WatchConfig, named_detector
-from motes.mot.scene_config import scene_config
 from motes.sot.discriminative.expert import EXPERTS
 from motes.sot.filtering.motion import MOTIONS
-from motes.sot.particle_filter import ParticleFilter
-from motes.sot.presets import TrackerConfig, configure, preset
-from motes.sot.tracker import Tracker
 from motes.testing import check_cue, check_detector, check_expert, check_motion
 from pages import run_page
 

@@ -9,12 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from motes import Discriminative, MeanShift, ParticleFilter, configure, preset
 from motes.core.config_keys import all_keys, keys
 from motes.mot.pipeline_config import WatchConfig
-from motes.sot.discriminative.tracker import Discriminative
-from motes.sot.mean_shift import MeanShift
-from motes.sot.particle_filter import ParticleFilter
-from motes.sot.presets import configure, preset
 from pages import blocks
 
 ROOT = Path(__file__).parent.parent

@@ -21,20 +21,14 @@ from PIL import Image
 
 from clips import write_film
 from commands import Go, read_csv, running
-from motes import Tracker, open_source, synthetic
-from motes.cli import main
+from motes import Ellipse, Frame, Source, SourceError, StepInfo, Tracker, open_source, synthetic
+from motes.cli import Moment, main
 from motes.cli.app import commands
-from motes.cli.frame_loop import Moment
 from motes.cli.help import Help
 from motes.cli.track_frames import ObjectsTally, TargetTally
-from motes.core.errors import SourceError
-from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
 from motes.core.track import COLUMNS, Status, Track
 from motes.rows.schema import FrameRow
-from motes.sot.step_info import StepInfo
 from motes.video.prefetch import prefetch
-from motes.video.sources import Source
 from waiting import wait_until
 
 FRAMES = 30

@@ -11,11 +11,9 @@ import pytest
 from clips import picture
 from commands import Tell, telling
 from disks import fill
-from motes import open_source
+from motes import FormatError, VideoWriter, open_source
 from motes.cli import outputs
-from motes.core.errors import FormatError
 from motes.core.files import PartialFile, leftovers
-from motes.video.writer import VideoWriter
 
 FRAMES = 7
 COMMANDS = [

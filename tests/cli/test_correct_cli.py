@@ -18,14 +18,12 @@ from PIL import Image
 import motes
 from clips import write_film
 from commands import Tell, read_csv, telling
+from motes import TrackWriter, read_track
 from motes.cli import main
 from motes.core.track import COLUMNS, GROUND
-from motes.correction.history import History
-from motes.correction.passes import run_pass
+from motes.correction import History, run_pass
 from motes.correction.rows import KnownRows
-from motes.rows.reader import read_track
 from motes.rows.schema import HINDSIGHT
-from motes.rows.writer import TrackWriter
 from motes.synthetic.clips import still
 
 FRAMES = 24

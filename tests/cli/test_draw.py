@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 from commands import Tell, telling
-from motes import open_source
+from motes import VideoWriter, open_source
 from motes.cli import main
 from motes.video.decoder import Decoder
-from motes.video.writer import VideoWriter
 
 FRAMES = 30
 TRACK = "track film.mkv --init 20,20,20,20 --preset mean_shift"

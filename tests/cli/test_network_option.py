@@ -7,12 +7,10 @@ import numpy as np
 import onnx
 import pytest
 
+from motes import Config, ConfigError
 from motes.cli import main
 from motes.cli.load_config import with_network
-from motes.core.config import Config
-from motes.core.errors import ConfigError
-from motes.sot import presets
-from motes.sot.network.network import Network
+from motes.sot import Network, presets
 from onnx_trackers import save_pair
 
 

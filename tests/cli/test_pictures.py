@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from motes.cli import main
-from motes.cli.frame_loop import Moment
+from motes import Frame, Status
+from motes.cli import Moment, main
 from motes.cli.pictures import Paths
-from motes.core.frame import Frame
-from motes.core.track import Status
 from motes.output.path_pictures import heatmap
 from motes.output.slit_scan import COLORS, COLUMNS, MARGIN, SCALE, SIDE, SlitScan
 from red_box import walk

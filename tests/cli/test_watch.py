@@ -10,17 +10,12 @@ import pytest
 from PIL import Image
 
 from commands import Go, read_csv, running
-from motes import open_source
+from motes import EventCounter, Frame, Scene, SourceError, VideoWriter, open_source
 from motes.cli import main
 from motes.cli.outputs import Events
 from motes.cli.watch_loop import counted_moments, table
-from motes.core.errors import SourceError
-from motes.core.frame import Frame
 from motes.core.track import COLUMNS, GROUND, Status, Track
-from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.regions import Line, Regions, Zone
-from motes.mot.scene import Scene
-from motes.video.writer import VideoWriter
 from red_box import walk
 from sightings import seen, told
 

@@ -16,16 +16,15 @@ from msgspec import Meta
 
 import motes
 from kinds import CONFIGS
+from motes import ConfigError, MeanShift, ParticleFilter, Place, Regions
 from motes.cli.settings import value_of
 from motes.core.config import Config, Count, Positive, Share, from_dict, from_toml
 from motes.core.config_keys import meanings
-from motes.core.errors import ConfigError
 from motes.core.type_words import words
 from motes.cues.color import Color
 from motes.cues.gradients import Hog
 from motes.cues.sampling import EveryPixel, Lattice
 from motes.cues.structure_tensor import Orientation
-from motes.mot.analytics.regions import Regions
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
 from motes.sot.filtering.bin_updates import KalmanBins
 from motes.sot.filtering.fusion import Fixed
@@ -33,9 +32,6 @@ from motes.sot.filtering.likelihood import Gaussian
 from motes.sot.filtering.model_update import ExponentialForgetting, PerCue
 from motes.sot.filtering.motion import Autoregressive, ConstantVelocity, Noise, RandomWalk
 from motes.sot.filtering.resampling import Multinomial
-from motes.sot.mean_shift import MeanShift
-from motes.sot.particle_filter import ParticleFilter
-from motes.sot.places import Place
 from motes.sot.presets import PRESETS, TrackerConfig, configure, preset
 
 

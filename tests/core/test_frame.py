@@ -9,12 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis.extra import numpy as hnp
 
-from motes import kernels
-from motes.core.errors import SourceError
+from motes import Scene, SourceError, Tracker, Trackers, kernels
 from motes.core.frame import Frame, _readable, _say, as_frame, as_rgb
-from motes.mot.scene import Scene
-from motes.sot.batch import Trackers
-from motes.sot.tracker import Tracker
 
 RGB = np.random.default_rng(0).integers(0, 256, (6, 9, 3), np.uint8)
 

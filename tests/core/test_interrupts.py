@@ -17,12 +17,11 @@ from typing import Any
 
 import pytest
 
-from motes import open_source
+from motes import VideoWriter, open_source
 from motes.cli.streams import _lenient
 from motes.core import interrupts
 from motes.core.interrupts import SIGNALS, Interrupt, check, deferred, raised
 from motes.video.prefetch import prefetch
-from motes.video.writer import VideoWriter
 from red_box import moving
 from waiting import wait_until
 

@@ -11,17 +11,11 @@ from msgspec.structs import replace
 
 import motes
 from clips import write_film
-from motes.core.errors import ConfigError, SourceError
-from motes.core.frame import Frame
+from motes import ConfigError, Frame, SourceError, Status, Track, preset
 from motes.core.geometry import Ellipse, iou
-from motes.core.track import Status, Track
+from motes.correction import Course, Stretch, passes_over, ranked
 from motes.correction.coordinates import overlap_probability, variances_told
-from motes.correction.correct import passes_over
-from motes.correction.gains import ranked
-from motes.correction.join import Stretch
 from motes.correction.keyframes import keyframes_in
-from motes.correction.passes import Course
-from motes.sot.presets import preset
 from motes.synthetic.clips import Clip, occluded
 
 FRAMES = 48

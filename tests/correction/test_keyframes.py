@@ -4,8 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from motes.core.errors import ConfigError, FormatError
-from motes.core.geometry import Ellipse
+from motes import ConfigError, Ellipse, FormatError
 from motes.correction.keyframes import check_keyframes, keyframes, marks_of, named, read_keyframes
 
 

@@ -3,12 +3,9 @@
 import numpy as np
 import pytest
 
-from motes.core.geometry import Ellipse
-from motes.core.track import Status
+from motes import Ellipse, Status
 from motes.core.types import Floats
-from motes.correction import doubts, join
-from motes.correction.coordinates import Coordinates
-from motes.correction.passes import Course
+from motes.correction import Coordinates, Course, join, suspects
 from motes.correction.smoothing import Drift, Dynamics, fit_motion, outliers, smooth
 from motes.correction.support import support
 

@@ -9,8 +9,7 @@ from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from motes import kernels
-from motes.core.geometry import Ellipse
+from motes import Ellipse, kernels
 from motes.cues.color import Color
 from motes.cues.sampling import EveryPixel, Lattice, Profile, sunflower
 from motes.kernels.structures import ColorBins

@@ -7,9 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from motes import kernels
-from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
+from motes import Ellipse, Frame, kernels
 from motes.cues.confined_filter import REACH, ConfinedFilter, ConfinedModel
 
 FILTER = ConfinedFilter()

@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from motes import kernels
-from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
+from motes import Ellipse, Frame, kernels
 from motes.core.types import Spectra
 from motes.cues.color import CORE_FRACTION, Posterior, borders, contrast, means
 from motes.cues.correlation_filter import (

@@ -10,9 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import motes
-from motes import kernels
-from motes.core.errors import ConfigError
-from motes.core.geometry import Ellipse
+from motes import ConfigError, Ellipse, kernels
 from motes.cues import (
     Color,
     Correlation,

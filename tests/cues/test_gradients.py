@@ -9,8 +9,7 @@ from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from motes import kernels
-from motes.core.geometry import Ellipse
+from motes import Ellipse, kernels
 from motes.core.types import Floats
 from motes.cues.gradients import DERIVATIVE, SMOOTH, Edges, Hog
 from motes.cues.sampling import EveryPixel, Lattice, sunflower

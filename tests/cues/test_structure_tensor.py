@@ -10,9 +10,7 @@ from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from motes import kernels
-from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
+from motes import Ellipse, Frame, kernels
 from motes.core.types import Floats
 from motes.cues.sampling import PROFILES, EveryPixel, Lattice, Sampling, sunflower
 from motes.cues.structure_tensor import HYSTERESIS, Filters, Orientation, filters_of

@@ -12,8 +12,7 @@ from PIL import Image
 
 import disks
 from commands import Tell, read_csv, telling
-from motes.formats import registry
-from motes.formats.recording import FilmFacts
+from motes.formats import FilmFacts, registry
 from motes.video.film import DamagedError, Film
 from motes.video.writer import VideoWriter
 from recordings import crowd, turning

@@ -9,10 +9,9 @@ from typing import NamedTuple
 
 import pytest
 
+from motes import Ellipse, Track
 from motes.cli.track_options import KeyframeOptions
 from motes.core.errors import ConfigError, InputError, SourceError
-from motes.core.geometry import Ellipse
-from motes.core.track import Track
 from motes.formats import registry
 from motes.formats.recording import FilmFacts, placed
 from motes.formats.registry import FORMATS

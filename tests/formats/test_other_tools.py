@@ -8,8 +8,7 @@ from typing import Any
 import pytest
 
 from motes.core.errors import SourceError
-from motes.formats import registry
-from motes.formats.recording import FilmFacts, Recording
+from motes.formats import FilmFacts, Recording, registry
 
 SIZE = {"width": 320, "height": 240}
 FILM = FilmFacts(source="n.mp4", width=320, height=240, frames=60, fps=25.0)

@@ -15,8 +15,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from msgspec import structs
 
-from motes.core.errors import ConfigError, FormatError, SourceError
-from motes.core.geometry import Ellipse
+from motes import ConfigError, Ellipse, FormatError, SourceError
 from motes.core.spreadsheet import unguarded
 from motes.core.track import COLUMNS, Status
 from motes.formats import registry

@@ -13,9 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import motes
-from motes.core.errors import MotesError
-from motes.core.frame import Frame
-from motes.core.geometry import Box, Ellipse
+from motes import Box, Ellipse, Frame, MotesError
 from motes.cues import (
     Checkerboard,
     Color,

@@ -8,8 +8,7 @@ from functools import cache, partial
 from PIL import Image
 
 from clips import Codec, clip, picture
-from motes.core.errors import MotesError
-from motes.video.sources import open_source
+from motes import MotesError, open_source
 
 from .campaign import Kind
 from .outcomes import check_message, put, scratch

@@ -3,8 +3,7 @@
 from functools import partial
 from unittest.mock import patch
 
-from motes.core.geometry import Ellipse
-from motes.core.track import Status
+from motes import Ellipse, Status
 from motes.formats import registry
 from motes.formats.recording import FilmFacts, Recording, placed
 from motes.mot.analytics.lens import Lens

@@ -2,10 +2,8 @@
 
 import numpy as np
 
-from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
+from motes import Ellipse, Frame, KnownTarget
 from motes.cues.color import Color
-from motes.sot.known_target import KnownTarget
 
 from .outcomes import check_finite, outcome, put, scratch
 

@@ -2,12 +2,7 @@
 
 import numpy as np
 
-from motes.core.frame import Frame
-from motes.core.geometry import Box, Ellipse
-from motes.core.track import Status, Track
-from motes.mot.analytics.events import EventCounter
-from motes.mot.analytics.ground_plane import Ground
-from motes.mot.analytics.regions import Regions
+from motes import Box, Ellipse, EventCounter, Frame, Ground, Regions, Status, Track
 from motes.sot.places import boxes_of, load_places
 from motes_fleet.cameras.camera_report import CameraReport, ObjectReport
 from motes_fleet.cameras.reidentification import CrossCameraAssociation

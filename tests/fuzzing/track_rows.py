@@ -5,9 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from motes.core.geometry import Ellipse
-from motes.core.track import Status, Track
-from motes.rows.writer import TrackWriter
+from motes import Ellipse, Status, Track, TrackWriter
 
 from .outcomes import REFUSED, DefectError, outcome, put, scratch
 

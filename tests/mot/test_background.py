@@ -9,9 +9,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
 from backgrounds import NO_CV2
-from motes.core.detection import Detection
-from motes.core.errors import ConfigError, SourceError
-from motes.core.frame import Frame
+from motes import ConfigError, Detection, Frame, SourceError, read_image
 from motes.core.geometry import Box, iou
 from motes.kernels.structures import LightLimits
 from motes.mot.detection import background, ghosts
@@ -29,7 +27,6 @@ from motes.mot.detection.pretrained import PeopleDetector, RecordedDetections
 from motes.mot.detection.selective_update import SelectiveUpdate
 from motes.mot.detection.sway import BLOCKS, FARTHEST, FEWEST, Sway, moved
 from motes.mot.scene import LAG, Scene
-from motes.video.image_files import read_image
 
 WALKER = (16, 30)
 

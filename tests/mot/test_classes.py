@@ -7,17 +7,11 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
+from motes import Box, Detection, EventCounter, Frame, Line, Regions, Scene, Status, Track
 from motes.cli.watch_loop import table
-from motes.core.detection import Detection
-from motes.core.frame import Frame
-from motes.core.geometry import Box
-from motes.core.track import Status, Track
 from motes.formats.registry import format_for
 from motes.formats.registry import write as write_format
 from motes.formats.rows import recording_of_journal
-from motes.mot.analytics.events import EventCounter
-from motes.mot.analytics.regions import Line, Regions
-from motes.mot.scene import Scene
 from motes.mot.scene_config import DetectionSelection, SceneConfig
 from motes.mot.stages.suppress_duplicates import suppress_duplicates
 from motes.rows.schema import FrameRow, Header

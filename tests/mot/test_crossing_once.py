@@ -9,11 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from motes.core.geometry import Box, Ellipse
-from motes.core.track import Status, Track
+from motes import Box, Ellipse, Line, Regions, Status, Track, Zone
 from motes.core.types import Floats
 from motes.mot.analytics.events import PART, EventCounter
-from motes.mot.analytics.regions import Line, Regions, Zone
 
 HIGH, WIDE, RATE = 40, 16, 25
 STEP = 2.4

@@ -9,18 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from motes.core.adapters import as_detections
+from motes import FaceDetector, Frame, Scene, Status, Tracker, as_detections
 from motes.core.callables import import_callable
 from motes.core.detection import Detection, best
 from motes.core.errors import ConfigError, MissingDependencyError
-from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
-from motes.core.track import Status
 from motes.mot.detection.custom import CustomDetector
-from motes.mot.detection.pretrained import FaceDetector
 from motes.mot.pipeline_config import named_detector
-from motes.mot.scene import Scene
-from motes.sot.tracker import Tracker
 from oracles import sequence
 
 EMPTY = Frame(0, 0.0, np.zeros((80, 100, 3), np.uint8))

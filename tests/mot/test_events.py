@@ -9,9 +9,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from motes.core.errors import ConfigError
-from motes.core.geometry import Box, Ellipse
-from motes.core.track import Status, Track
+from motes import Box, ConfigError, Ellipse, Status, Track
 from motes.mot.analytics.events import BRIEF, EDGE, Event, EventCounter
 from motes.mot.analytics.regions import Line, Regions, Zone, crossing
 from sightings import seen, told

@@ -9,10 +9,7 @@ import pytest
 pytest.importorskip("onnx", reason="onnx is not installed")
 pytest.importorskip("onnxruntime", reason="onnxruntime is not installed")
 
-from motes.core.detection import Detection
-from motes.core.errors import ConfigError, SourceError
-from motes.core.frame import Frame
-from motes.mot.detection.onnx_detector import OnnxConfig, OnnxDetector
+from motes import ConfigError, Detection, Frame, OnnxConfig, OnnxDetector, SourceError
 from motes.mot.detection.onnx_heads import KINDS, Boxes, decoded, suppressed
 from motes.mot.pipeline_config import named_detector
 from onnx_models import save

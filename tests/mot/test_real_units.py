@@ -7,11 +7,7 @@ import pytest
 from msgspec.structs import replace
 
 from forks import in_a_child
-from motes.core.errors import ConfigError
-from motes.core.geometry import Ellipse
-from motes.core.track import Status, Track
-from motes.mot.analytics.events import EventCounter
-from motes.mot.analytics.ground_plane import Ground
+from motes import ConfigError, Ellipse, EventCounter, Ground, Regions, Status, Track
 from motes.mot.analytics.lens import Lens
 from motes.mot.analytics.real_units import (
     GroundMotion,
@@ -20,7 +16,6 @@ from motes.mot.analytics.real_units import (
     place_of,
     seen_live,
 )
-from motes.mot.analytics.regions import Regions
 from sightings import seen, told
 
 MATRIX = (500.0, 0.0, 320.0, 0.0, 480.0, 240.0, 0.0, 0.0, 1.0)

@@ -13,21 +13,16 @@ import pytest
 from msgspec.structs import astuple, replace
 from numpy.typing import NDArray
 
-from motes.core.detection import Detection, Detector
+from motes import BackgroundDetector, Detection, Detector, Frame, Scene, Status, Track
 from motes.core.errors import ConfigError, SourceError
-from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
-from motes.core.track import Status, Track
 from motes.mot import track_initiation
 from motes.mot.boxes import as_rows
-from motes.mot.detection.background import BackgroundDetector
 from motes.mot.overlaps import occlusion_candidates
-from motes.mot.scene import Scene
 from motes.mot.scene_config import DetectionSelection, Initiation, SceneConfig, scene_config
 from motes.mot.stages.associate import split_merged_blob
 from motes.mot.track_initiation import SCORES, TrackInitiation
-from motes.synthetic.beetle import Target
-from motes.synthetic.clips import Clip
+from motes.synthetic import Clip, Target
 from scene_objects import grid, quick
 from waiting import wait_until
 

@@ -8,12 +8,10 @@ import pytest
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from motes.core.frame import Frame
-from motes.mot.detection.background import BackgroundDetector
+from motes import BackgroundDetector, Frame, Scene
 from motes.mot.detection.exposure import Exposure
 from motes.mot.detection.reference_image import LASTS, ReferenceImage
 from motes.mot.detection.sway import FARTHEST
-from motes.mot.scene import Scene
 from motes.mot.scene_config import DetectionSelection, scene_config
 from motes.synthetic.scenery import noise, to_bytes
 

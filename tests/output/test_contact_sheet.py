@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from motes.core.geometry import Ellipse
-from motes.core.track import Status, Track
+from motes import Ellipse, Status, Track
 from motes.output.contact_sheet import CONTEXT, GAP, TILE, contact_sheet
 
 

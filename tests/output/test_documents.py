@@ -14,13 +14,10 @@ from PIL import Image
 
 from clips import write_film
 from commands import Go, running
-from motes import open_source, read_track
+from motes import Ellipse, FormatError, SourceError, Status, Track, open_source, read_track
 from motes.cli import main
 from motes.cli.option_groups import OutputOptions
 from motes.cli.outputs import DocumentOutput
-from motes.core.errors import FormatError, SourceError
-from motes.core.geometry import Ellipse
-from motes.core.track import Status, Track
 from motes.formats.coco import write as coco
 from motes.formats.rows import recording_of_journal
 from motes.rows.schema import FrameRow, Header

@@ -9,11 +9,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from motes.core.errors import ConfigError, SourceError
-from motes.core.frame import Frame
-from motes.core.geometry import Box, Ellipse
-from motes.core.track import Status, Track
-from motes.mot.analytics.regions import Line, Regions, Zone
+from motes import Box, ConfigError, Ellipse, Frame, Line, Regions, SourceError, Status, Track, Zone
 from motes.output.overlay import COLORS, draw
 from motes.output.painters import ScenePainter
 from motes.output.scene_overlay import color_of, draw_scene

@@ -6,15 +6,12 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from motes import Ellipse, TrackWriter, read_track
 from motes.cli import main
 from motes.core.errors import ConfigError, FormatError, InputError
-from motes.core.geometry import Ellipse
 from motes.core.track import BOX, COLUMNS, Status, Track
-from motes.formats import registry
-from motes.formats.recording import FilmFacts
-from motes.rows.reader import read_track
+from motes.formats import FilmFacts, registry
 from motes.rows.schema import HINDSIGHT, FrameRow
-from motes.rows.writer import TrackWriter
 
 forms = pytest.mark.parametrize("form", ["csv", "jsonl"])
 HEAD = ",".join(COLUMNS)

@@ -5,8 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from motes.sot.algorithm import Algorithm
-from motes.sot.presets import configure, preset
+from motes import Algorithm, configure, preset
 from oracles import region, scene
 
 NAMES = ("default", "nummiaro", "maggio", "mean_shift")

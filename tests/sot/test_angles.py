@@ -6,10 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from motes import Tracker
-from motes.core.frame import Frame
-from motes.correction.correct import correct
-from motes.video.writer import VideoWriter
+from motes import Frame, Tracker, VideoWriter, correct
 from oracles import radii
 
 FIRST = (60, 60, 30, 12, 1.4)

@@ -8,9 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
-from motes.core.track import Status
+from motes import Ellipse, Frame, Status
 from motes.core.types import Floats
 from motes.cues.color import Color, ColorModel
 from motes.cues.sampling import EveryPixel

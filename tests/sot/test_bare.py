@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-from motes import Tracker, synthetic
-from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
+from motes import Ellipse, Frame, Tracker, synthetic
 from motes.core.types import Floats
 from motes.sot.bare import bare_note
 from textured import blocks

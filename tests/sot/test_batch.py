@@ -12,9 +12,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from motes import ConfigError, FormatError, SourceError, Tracker, Trackers, synthetic
-from motes.core.frame import Frame
-from motes.core.geometry import Box
+from motes import Box, ConfigError, FormatError, Frame, SourceError, Tracker, Trackers, synthetic
 from motes.sot.discriminative.tracker import Discriminative
 
 REGIONS = [Box(20, 30, 20, 30), Box(60.5, 40, 24, 20), Box(100, 20, 30, 40)]

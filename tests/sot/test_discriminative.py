@@ -10,9 +10,9 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
+from motes import Discriminative, Status, Track, Tracker
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, Ellipse, iou
-from motes.core.track import Status, Track
 from motes.sot.discriminative import placing
 from motes.sot.discriminative.expert import Evidence
 from motes.sot.discriminative.localization import WindowEstimate, localize
@@ -20,8 +20,6 @@ from motes.sot.discriminative.placing import TURN, Found, turned
 from motes.sot.discriminative.prediction import Transition
 from motes.sot.discriminative.redetection import Redetection
 from motes.sot.discriminative.standing import Rival, Standing
-from motes.sot.discriminative.tracker import Discriminative
-from motes.sot.tracker import Tracker
 from motes.synthetic.street import Street
 from textured import blocks
 

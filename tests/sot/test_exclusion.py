@@ -7,13 +7,11 @@ import pytest
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from motes import Tracker, Trackers
+from motes import Discriminative, Status, Track, Tracker, Trackers
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse, iou
-from motes.core.track import Status, Track
 from motes.sot.discriminative.standing import Claim, Standing, Taken, excluded
 from motes.sot.discriminative.state import DiscriminativeState
-from motes.sot.discriminative.tracker import Discriminative
 
 FRONT = (62, 42, 24, 40)
 """The box of who stands in front."""

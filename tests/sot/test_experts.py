@@ -6,18 +6,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from motes import ConfigError, Discriminative, Ellipse, Status, Tracker
 from motes.core.config import Config, from_dict, from_toml
-from motes.core.errors import ConfigError
 from motes.core.frame import FRAME_INTERVAL, Frame
-from motes.core.geometry import Ellipse
-from motes.core.track import Status
 from motes.cues.base import Cue
 from motes.cues.color import Color, Posterior
 from motes.cues.correlation_filter import Correlation
 from motes.sot.discriminative.expert import Confined, Evidence, Expert, Experts, probability
 from motes.sot.discriminative.standing import APART, Standing
-from motes.sot.discriminative.tracker import Discriminative
-from motes.sot.tracker import Tracker
 from motes.testing import check_expert
 
 PLACE = Ellipse(120.0, 90.0, 15.0, 12.0)

@@ -12,10 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from motes.core.errors import ConfigError
-from motes.core.frame import FRAME_INTERVAL
-from motes.core.geometry import Ellipse
-from motes.core.types import Floats
+from motes import ConfigError, Ellipse, ParticleFilter
+from motes.core import FRAME_INTERVAL, Floats
 from motes.cues.base import AdaptableCue
 from motes.cues.color import Color
 from motes.cues.structure_tensor import Orientation
@@ -26,7 +24,6 @@ from motes.sot.filtering.likelihood import Gaussian
 from motes.sot.filtering.model_update import ExponentialForgetting
 from motes.sot.filtering.motion import EllipseWalk
 from motes.sot.filtering.resampling import Multinomial
-from motes.sot.particle_filter import ParticleFilter
 from oracles import moments, region, scene
 
 FIRST = Ellipse(40, 30, 12, 6, 0.2)

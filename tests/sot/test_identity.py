@@ -5,12 +5,11 @@ import pytest
 from msgspec.structs import replace
 from PIL import Image
 
+from motes import Status, Track, Tracker
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, Ellipse, iou
-from motes.core.track import Status, Track
 from motes.core.types import Bytes
 from motes.sot.discriminative.identity import EVERY, MEMORY, Identity, distances, look_at
-from motes.sot.tracker import Tracker
 from textured import blocks
 
 Color = tuple[int, int, int]

@@ -9,12 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motes.core.errors import ConfigError, FormatError
-from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
+from motes import ConfigError, Ellipse, FormatError, Frame, KnownTarget, Place, load_places
 from motes.cues.color import Color
-from motes.sot.known_target import KnownTarget
-from motes.sot.places import Place, load_places
 from oracles import region, scene
 
 FRAME = scene(0, (40, 30))

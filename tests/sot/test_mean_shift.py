@@ -8,15 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from motes import synthetic
-from motes.core.frame import Frame
+from motes import Frame, MeanShift, Tracker, synthetic
 from motes.core.geometry import Ellipse, iou
 from motes.cues.color import Color
 from motes.cues.sampling import DENSE, EveryPixel, Lattice
 from motes.sot import mean_shift
 from motes.sot.filtering.appearance_rule import AppearanceRule
-from motes.sot.mean_shift import MeanShift
-from motes.sot.tracker import Tracker
 from oracles import frame, mosaic, region, scene
 
 RNG = np.random.default_rng(0)

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 
 from histogram_series import lessons, series
 from kinds import CONFIGS, FILTER_KINDS
-from motes.core.track import Status
+from motes import ParticleFilter, Status, Tracker, TrackerConfig, configure
 from motes.core.types import Floats
 from motes.cues.base import AdaptableCue
 from motes.cues.color import Color
@@ -22,9 +22,6 @@ from motes.cues.gradients import Hog
 from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.bin_updates import LEAST_NOISE, AnchoredKalman, GaussianBins, KalmanBins
 from motes.sot.filtering.model_update import ExponentialForgetting, PerCue, UpdateResult
-from motes.sot.particle_filter import ParticleFilter
-from motes.sot.presets import TrackerConfig, configure
-from motes.sot.tracker import Tracker
 from oracles import region, scene
 
 

@@ -8,9 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motes.core.frame import FRAME_INTERVAL
+from motes.core import FRAME_INTERVAL, Floats
 from motes.core.geometry import Ellipse
-from motes.core.types import Floats
 from motes.sot.filtering.motion import (
     Autoregressive,
     ConstantVelocity,

@@ -12,9 +12,7 @@ pytest.importorskip("onnx", reason="onnx is not installed")
 pytest.importorskip("onnxruntime", reason="onnxruntime is not installed")
 
 import onnx_trackers
-from motes.core.errors import ConfigError, SourceError
-from motes.core.frame import Frame
-from motes.core.geometry import Box, Ellipse
+from motes import Box, ConfigError, Ellipse, Frame, SourceError
 from motes.sot.network.network import Network
 from motes.sot.network.region import Region, mean_color, read
 from motes.sot.network.view import Choice, NetworkView

@@ -7,19 +7,16 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from motes import Discriminative, OpenCVTracker, Status, Tracker
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, Ellipse, iou
-from motes.core.track import Status
 from motes.sot.discriminative.network_track import AGREES, NetworkTrack
 from motes.sot.discriminative.redetection import MIN_HALF_AXIS
 from motes.sot.discriminative.report import at_region
 from motes.sot.discriminative.standing import FRAMES, Rival, Standing, Taken
-from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.network.network import Network, NetworkModel
 from motes.sot.network.view import Choice, NetworkView
-from motes.sot.opencv_api import OpenCVTracker
-from motes.sot.tracker import Tracker
 from onnx_trackers import save_pair
 
 BOX = Box(60.0, 50.0, 30.0, 30.0)

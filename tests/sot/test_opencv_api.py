@@ -9,16 +9,10 @@ import pytest
 from PIL import Image
 
 from kinds import ALGORITHMS, CONFIGS, KINDS
-from motes import synthetic
+from motes import BackgroundDetector, Ellipse, OpenCVTracker, Track, Tracker, draw, synthetic
 from motes.core.errors import ConfigError, SourceError
-from motes.core.frame import Frame, as_rgb, from_bgr
-from motes.core.geometry import Ellipse
-from motes.core.track import Track
+from motes.core.frame import Frame, as_rgb
 from motes.core.types import Bytes
-from motes.mot.detection.background import BackgroundDetector
-from motes.output.overlay import draw
-from motes.sot.opencv_api import OpenCVTracker
-from motes.sot.tracker import Tracker
 
 CLIP = synthetic.still((160, 120), target=(30, 40), frames=3)
 BOX = tuple(round(value) for value in Ellipse(*CLIP.targets[0].states[0]).box)

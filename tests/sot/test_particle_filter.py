@@ -10,11 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
+from motes import Ellipse, ParticleFilter, Status
 from motes.core.config import from_dict
 from motes.core.frame import FRAME_INTERVAL, Frame
-from motes.core.geometry import Ellipse
 from motes.core.saved_state import pack
-from motes.core.track import Status
 from motes.core.types import Floats
 from motes.cues.color import Color, ColorModel
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
@@ -29,7 +28,6 @@ from motes.sot.filtering.resampling import (
     Weights,
     mean_ellipse,
 )
-from motes.sot.particle_filter import ParticleFilter
 from motes.sot.particle_state import FilterState
 from motes.sot.places import scatter
 from motes.sot.presets import ADAPTIVE, NUMMIARO, ZHAO_PEI

@@ -7,7 +7,7 @@ import pytest
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from motes.core.frame import Frame
+from motes import Frame, Tracker
 from motes.core.geometry import Ellipse, iou
 from motes.sot.discriminative import prediction
 from motes.sot.discriminative.prediction import (
@@ -19,7 +19,6 @@ from motes.sot.discriminative.prediction import (
     small_picture,
     spectrum_of,
 )
-from motes.sot.tracker import Tracker
 from textured import HEIGHT, WIDTH, seen, textured
 
 NOTHING = np.zeros((1, 1), np.float32), np.zeros((1, 1), np.complex64)

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
+from motes import Ellipse, Frame
 from motes.sot.discriminative.redetection import RESTART_EVERY, Redetection
 
 LAST = Ellipse(60.0, 60.0, 12.0, 12.0, 0.0)

@@ -11,15 +11,11 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from motes import ConfigError, Tracker, preset, synthetic
-from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
-from motes.core.track import Status
+from motes import ConfigError, Ellipse, Frame, ParticleFilter, Status, Tracker, preset, synthetic
 from motes.core.types import Floats
 from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian
 from motes.sot.filtering.resampling import RESAMPLINGS, KldSampling, Multinomial, Weights
-from motes.sot.particle_filter import ParticleFilter
 
 NAMES = RESAMPLINGS.names()
 scheme = pytest.mark.parametrize("name", NAMES)

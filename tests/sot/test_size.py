@@ -5,12 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
+from motes import Ellipse, Frame, Tracker
 from motes.core.types import Floats
 from motes.cues.correlation_filter import ScaleFilter
 from motes.sot.discriminative.size import POINTS, Trend, TurnEstimate, sampled
-from motes.sot.tracker import Tracker
 from motes.synthetic.clips import still, turning
 
 

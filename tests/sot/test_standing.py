@@ -2,8 +2,7 @@
 
 import pytest
 
-from motes.core.geometry import Ellipse
-from motes.core.track import Status
+from motes import Ellipse, Status
 from motes.sot.discriminative.standing import APART, DECIDED, FRAMES, Rival, Standing
 
 TRACKED = Standing()

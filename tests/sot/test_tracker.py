@@ -14,19 +14,13 @@ import pytest
 
 from disks import fill
 from kinds import ALGORITHMS, CONFIGS, FILTERS, KINDS, VARIANTS
-from motes import synthetic
-from motes.core.detection import Detection
+from motes import Detection, KnownTarget, MeanShift, Place, Status, Track, Tracker, synthetic
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, Ellipse, iou
-from motes.core.track import Status, Track
 from motes.cues.color import Color
-from motes.sot.known_target import KnownTarget
-from motes.sot.mean_shift import MeanShift
 from motes.sot.particle_filter import ParticleFilter
-from motes.sot.places import Place
 from motes.sot.presets import TrackerConfig, configure, preset
-from motes.sot.tracker import Tracker
 from oracles import region, scene, sequence
 
 every = pytest.mark.parametrize("name", CONFIGS)

@@ -8,14 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from motes import synthetic
-from motes.core.errors import ConfigError
-from motes.core.geometry import Ellipse
-from motes.synthetic.beetle import Target
+from motes import ConfigError, Ellipse, synthetic
+from motes.synthetic import Pitch, Street, Target
 from motes.synthetic.clips import Clip, Stem
 from motes.synthetic.painted_film import PaintedFilm
-from motes.synthetic.pitch import Pitch
-from motes.synthetic.street import Street
 
 CLIPS: list[Callable[..., Clip]] = [
     synthetic.demo,

@@ -8,9 +8,7 @@ from PIL import Image
 from PIL.TiffImagePlugin import ImageFileDirectory_v2
 
 from clips import picture
-from motes.core.errors import SourceError
-from motes.video.image_files import read_image
-from motes.video.sources import open_source
+from motes import SourceError, open_source, read_image
 
 IMAGES = [Image.fromarray(picture(index)) for index in range(5)]
 SHOWN = [40, 120, 20, 40, 40]

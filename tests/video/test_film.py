@@ -12,15 +12,13 @@ import pytest
 
 from clips import spoil
 from coded import KINDS, video
-from motes.core.errors import SourceError
+from motes import SourceError, open_source
+from motes.video import DamagedError, Film, Seeker
 from motes.video import film as film_module
 from motes.video import frame_sharing as shared_module
 from motes.video.decoder import Decoder
-from motes.video.film import DamagedError, Film
 from motes.video.frame_sharing import Shared, shared
 from motes.video.report import Report, Stamped
-from motes.video.seeker import Seeker
-from motes.video.sources import open_source
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -23,8 +23,7 @@ from motes.cli.exit_codes import AWAY
 from motes.core.errors import AwayError, ConfigError, SourceError
 from motes.core.frame import Frame
 from motes.correction.history import History
-from motes.video import decoder, newest, pace, reconnect
-from motes.video.newest import Newest
+from motes.video import Newest, decoder, newest, pace, reconnect
 from motes.video.pace import Pace
 from motes.video.sources import is_recorded, open_source
 from streams import camera, server

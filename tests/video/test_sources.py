@@ -36,13 +36,11 @@ from clips import (
     sound_only,
     spoil,
 )
-from motes.core.errors import ConfigError, SourceError
+from motes import ConfigError, SourceError, open_source, read_image
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.video import decoder
 from motes.video.decoder import MAX_BAD_PACKETS
-from motes.video.image_files import read_image
 from motes.video.report import Report
-from motes.video.sources import open_source
 from streams import server
 
 

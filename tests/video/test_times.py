@@ -10,10 +10,9 @@ import pytest
 from PIL import Image
 
 from clips import clip, picture
-from motes.core.errors import ConfigError, SourceError
+from motes import ConfigError, SourceError, open_source
 from motes.video.film import Film
 from motes.video.report import Report
-from motes.video.sources import open_source
 from motes.video.times import AHEAD, timed
 
 EVEN = [index / 25 for index in range(60)]

@@ -13,9 +13,8 @@ import pytest
 
 from clips import picture
 from disks import fill
-from motes.core.errors import ConfigError, FormatError
+from motes import ConfigError, FormatError, open_source
 from motes.core.files import PartialFile, leftovers
-from motes.video.sources import open_source
 from motes.video.writer import ENDINGS, VideoWriter
 
 KINDS = [".mkv", ".mp4"]

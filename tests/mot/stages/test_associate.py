@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from motes.core.detection import Detection
-from motes.core.geometry import Box
+from motes import Box, Detection
 from motes.mot.scene_config import DetectionSelection, Smoothing
 from motes.mot.stages.associate import associate
 from motes.mot.stages.suppress_duplicates import suppress_duplicates

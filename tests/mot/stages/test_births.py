@@ -8,8 +8,7 @@ from msgspec.structs import replace
 
 from motes.core.detection import Detection
 from motes.core.geometry import Box, Ellipse, iou
-from motes.mot import track_initiation
-from motes.mot.expected import Expected
+from motes.mot import Expected, track_initiation
 from motes.mot.scene import SceneState, step
 from motes.mot.scene_config import Initiation
 from motes.mot.stages.admit import admit

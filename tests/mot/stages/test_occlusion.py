@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from motes.core.detection import Detection
-from motes.core.geometry import Box
-from motes.core.track import Status
+from motes import Box, Detection, Status
 from motes.mot.scene_config import Occlusion
 from motes.mot.stages.mark_occluded import mark_occluded
 from motes.mot.stages.reidentify import reidentify

@@ -6,13 +6,9 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from motes.core.detection import Detection
-from motes.core.frame import Frame
-from motes.core.geometry import Box, Ellipse
-from motes.core.track import Status
+from motes import Box, Detection, Ellipse, Frame, Scene, Status
 from motes.core.types import Floats
 from motes.mot.look import Look, costs
-from motes.mot.scene import Scene
 from motes.mot.stages.tell_apart import tell_apart
 from motes.mot.tracked_object import TrackedObject
 from scene_objects import BLUE, RED, SIZE, Color, config, occluded, picture, visible
