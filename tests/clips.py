@@ -125,9 +125,8 @@ def _copy(path: Path, data: bytes) -> Path:
 
 def silence(samples: int) -> av.AudioFrame:
     """Return sound at 8000 samples a second."""
-    frame = av.AudioFrame.from_ndarray(
-        np.zeros((1, samples), np.int16), format="s16", layout="mono"
-    )
+    silent = np.zeros((1, samples), np.int16)
+    frame = av.AudioFrame.from_ndarray(silent, format="s16", layout="mono")
     frame.sample_rate = 8000
     return frame
 
@@ -144,9 +143,7 @@ def sound_only(path: Path) -> Path:
 def packets(path: Path) -> list[tuple[int, int]]:
     """Return where in the file each picture's bytes are, and how many, in decoding order."""
     with av.open(str(path)) as container:
-        return [
-            (packet.pos or 0, packet.size) for packet in container.demux(video=0) if packet.size
-        ]
+        return [(each.pos or 0, each.size) for each in container.demux(video=0) if each.size]
 
 
 def spoil(path: Path, first: int, count: int) -> Path:

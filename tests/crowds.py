@@ -113,9 +113,7 @@ def _metrics() -> list[Any]:
     return [metrics.HOTA(), metrics.CLEAR(quiet), metrics.Identity(quiet)]
 
 
-def theirs(
-    truth: MotRows, results: MotRows, frames: int, benchmark: str = "MOT15"
-) -> dict[str, Any]:
+def theirs(truth: MotRows, results: MotRows, frames: int, rules: str = "MOT15") -> dict[str, Any]:
     """Return TrackEval's numbers by metric, its own choice of what counts included."""
     dataset = trackeval().datasets.MotChallenge2DBox.__new__(trackeval().datasets.MotChallenge2DBox)
     names = (
@@ -123,7 +121,7 @@ def theirs(
         "static_person", "distractor", "occluder", "occluder_on_ground", "occluder_full",
         "reflection", "crowd",
     )  # fmt: skip
-    dataset.benchmark, dataset.do_preproc = benchmark, True
+    dataset.benchmark, dataset.do_preproc = rules, True
     dataset.class_name_to_class_id = {name: i for i, name in enumerate(names, 1)}
     dataset.valid_class_numbers = list(range(1, 14))
     there = [truth.at(frame) for frame in range(1, frames + 1)]

@@ -74,10 +74,8 @@ def test_no_package_has_a_circle() -> None:
 
 
 def test_every_package_has_its_layer() -> None:
-    linted = tomllib.loads((REPOSITORY / "pyproject.toml").read_text("utf-8"))["tool"][
-        "importlinter"
-    ]
-    layers = " | ".join(linted["contracts"][0]["layers"]).split(" | ")
+    tools = tomllib.loads((REPOSITORY / "pyproject.toml").read_text("utf-8"))["tool"]
+    layers = " | ".join(tools["importlinter"]["contracts"][0]["layers"]).split(" | ")
     assert {f"motes.{name}" for name in PACKAGES} == set(layers)
 
 

@@ -15,7 +15,7 @@ from pages import blocks, commands
 from pages import run as run_command
 
 ROOT = Path(__file__).parent.parent
-README = ROOT / "README.md"
+README, MORE = ROOT / "README.md", ROOT / "docs/track.md"
 PAGES = [
     README,
     *(ROOT / "docs" / f"{name}.md" for name in ("track", "watch", "detectors", "formats")),
@@ -89,9 +89,7 @@ def test_every_command_runs(page: Path, folder: Path, capfd: pytest.CaptureFixtu
 @pytest.mark.slow
 def test_python_code_runs(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (code,) = (b.text for b in blocks(README) if b.language == "python")
-    several, opencv, known = (
-        b.text for b in blocks(ROOT / "docs/track.md") if b.language == "python"
-    )
+    several, opencv, known = (b.text for b in blocks(MORE) if b.language == "python")
     assert len([line for line in code.splitlines() if line.strip()]) <= 10
     exec(code, {})
     printed = capsys.readouterr().out.splitlines()
@@ -102,7 +100,7 @@ def test_python_code_runs(folder: Path, capsys: pytest.CaptureFixture[str]) -> N
     assert len(printed) == FRAMES - 1
     assert all("tracking" in line for line in printed)
 
-    for block in blocks(ROOT / "docs/track.md"):
+    for block in blocks(MORE):
         if block.title:
             (folder / block.title).write_text(block.text)
     exec(known, {})

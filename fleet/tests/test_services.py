@@ -36,8 +36,7 @@ def test_cvats_agent_runs_the_function() -> None:
     shape = sdk.TrackableShape(type="rectangle", points=cvat_agent.corners_of(film[0][1]))
     state = function.init_tracking_state(None, first, shape)
     for pixels, truth in film[1:]:
-        found = function.track(
-            None, function.preprocess_image(None, Image.fromarray(pixels)), state
-        )
+        image = function.preprocess_image(None, Image.fromarray(pixels))
+        found = function.track(None, image, state)
         assert found.type == "rectangle"
         assert iou(cvat_agent.box_of(found.points), truth) > 0.6

@@ -399,9 +399,7 @@ def test_a_folder_is_not_taken_twice(dataset: Dataset, tmp_path: Path) -> None:
     prepare(out, now, resume=True)
 
 
-def test_overwriting_removes_only_what_an_evaluation_wrote(
-    dataset: Dataset, tmp_path: Path
-) -> None:
+def test_overwriting_removes_only_evaluations(dataset: Dataset, tmp_path: Path) -> None:
     out, now = tmp_path / "out", note(dataset)
     prepare(out, now)
     for name in ("tracks/a/b/ope-0.csv", "tracks/c/d/ope-0.csv", "results.csv", "summary.md"):

@@ -292,9 +292,7 @@ def drip_into(connected: socket.socket, drip: bytes) -> None:
             time.sleep(0.1)
 
 
-def test_so_many_connections_are_open_and_no_more(
-    client: httpx.Client, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_connections_are_limited(client: httpx.Client, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(serve, "CONNECTIONS", 4)
     place = client.base_url.host, client.base_url.port or 0
     with contextlib.ExitStack() as held:

@@ -299,9 +299,8 @@ def test_objects_of_a_file_keep_their_classes_and_get_no_other(
         for each in new:
             both.page.until(lambda each=each: both.page.has(each))  # type: ignore[misc]
             names.append(both.page.item(each).name)
-        document = both.get(
-            "export", format="coco", **({"object": new[0]} if len(new) == 1 else {})
-        )
+        one = {"object": new[0]} if len(new) == 1 else {}
+        document = both.get("export", format="coco", **one)
         for each in new:
             both.page.do("remove_object", object=each)
         return names, {each["name"] for each in document.json()["categories"]}

@@ -47,9 +47,7 @@ class Sent:
         """Nothing is wanted."""
 
 
-def test_passes_together_have_the_rows_of_each_alone(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_passes_have_rows_as_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     sent = Sent(film(tmp_path / "film.mkv", frames=12))
     config = preset("nummiaro")
     ellipses = (45.0, 45.0, 15.0, 20.0, 0.0), (46.0, 45.0, 15.0, 20.0, 0.0)

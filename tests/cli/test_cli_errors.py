@@ -93,9 +93,7 @@ def test_numbers_that_are_too_large(go: Tell, line: str) -> None:
 @pytest.mark.slow
 def test_a_missing_package_is_named() -> None:
     """As of a Python in which motes is found, but was not installed."""
-    code = (
-        "import sys; sys.modules['cyclopts'] = None; from motes.cli import main; sys.exit(main())"
-    )
+    code = "import sys; sys.modules['cyclopts'] = None; from motes.cli import main; exit(main())"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert (done.returncode, done.stderr.count("\n")) == (1, 1), done.stderr
     assert done.stderr.startswith("motes: error: The installation is not whole: ")

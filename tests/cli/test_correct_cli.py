@@ -686,15 +686,13 @@ def test_a_tracker_that_is_gone(go: Tell) -> None:
 
 @pytest.mark.slow
 def test_what_is_remembered_is_not_asked_for_again(go: Tell) -> None:
-    Path("lens.yml").write_text(
+    Path("l.yml").write_text(
         "camera_matrix: !!opencv-matrix\n   data: [ 90., 0., 48., 0., 90., 40., 0., 0., 1. ]\n"
         "distortion_coefficients: !!opencv-matrix\n   data: [ -0.2, 0., 0., 0., 0. ]\n"
     )
-    made = go(
-        f"track FILM --init BOX --scale 20 --lens lens.yml --fps 5 --seed 3 -o a.csv {OPTIONS}"
-    )
+    made = go(f"track FILM --init BOX --scale 20 --lens l.yml --fps 5 --seed 3 -o a.csv {OPTIONS}")
     assert made[0] == 0
-    Path("lens.yml").unlink()
+    Path("l.yml").unlink()
     assert go("smooth a.csv -o s.csv")[0] == 0
     for name in ("a", "s"):
         known = History.load(Path(f"{name}.csv.run.json"))

@@ -74,9 +74,7 @@ def test_micrometres_are_kept(go: Tell) -> None:
 
 
 def test_the_ground_and_the_lens_are_files(go: Tell) -> None:
-    Path("ground.toml").write_text(
-        "[ground]\nhomography = [[0.05, 0, 0], [0, 0.05, 0], [0, 0, 1]]\n"
-    )
+    Path("ground.toml").write_text("[ground]\nhomography = [[0.05, 0, 0], [0, 0.05, 0], [0, 0, 1]]")
     Path("lens.yml").write_text(
         "%YAML:1.0\n---\nimage_width: 120\nimage_height: 90\ncamera_matrix: !!opencv-matrix\n"
         "   rows: 3\n   cols: 3\n   dt: d\n   data: [ 100., 0., 60., 0., 100., 45., 0., 0., 1. ]\n"

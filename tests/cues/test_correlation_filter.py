@@ -110,9 +110,7 @@ def test_windows_see_every_ellipse_near_their_middle() -> None:
         across, down = samples.offsets(place._replace(x=window.x, y=window.y), ellipses[mine, :2]).T
         assert (np.abs(across) <= samples.width / 2 + 1e-9).all()
         assert (np.abs(down) <= samples.height / 2 + 1e-9).all()
-        assert (
-            np.abs(np.log(ellipses[mine, 2:4] / window[2:4])) <= np.log(LARGER) / 2 + 1e-9
-        ).all()
+        assert (abs(np.log(ellipses[mine, 2:4] / window[2:4])) <= np.log(LARGER) / 2 + 1e-9).all()
         turned = (ellipses[mine, 4] - window.theta + np.pi / 2) % np.pi - np.pi / 2
         assert (np.abs(turned) <= TURN / 2 + 1e-9).all()
         assert abs(window.theta - place.theta) <= np.pi / 2 + TURN / 2
@@ -146,10 +144,8 @@ def test_the_response_peaks_where_it_was_learned() -> None:
     cue, frame = Correlation(), textured()
     model = cue.learn(frame, TARGET)
     plane, first = cue.responses(model, seen(model, frame))
-    assert np.unravel_index(plane.argmax(), plane.shape) == (
-        plane.shape[0] // 2,
-        plane.shape[1] // 2,
-    )
+    rows, columns = plane.shape
+    assert np.unravel_index(plane.argmax(), plane.shape) == (rows // 2, columns // 2)
     assert plane.max() == pytest.approx(1, abs=0.05)
     assert peak_near(first, 0.0, 0.0) == pytest.approx(1, abs=0.05)
     assert cue.distances(model, frame, np.array([TARGET]))[0] < 0.05

@@ -86,9 +86,7 @@ def turned(frame: int) -> Ellipse | None:
 def one() -> Recording:
     """Return the recording of `turned`."""
     places = {frame: turned(frame) for frame in range(FRAMES)}
-    objects = [
-        placed(frame, place, 1, 0.75) for frame, place in places.items() if place is not None
-    ]
+    objects = [placed(frame, place, 1, 0.75) for frame, place in places.items() if place]
     return Recording.of(FACTS, objects, {frame: frame / 10 for frame in range(FRAMES)})
 
 

@@ -134,9 +134,7 @@ TASK = (
     "<task><size>2</size>"
     "<original_size><width>320</width><height>240</height></original_size></task>"
 )
-BOX = (
-    '<box frame="0" keyframe="1" outside="0" occluded="0" xtl="30" ytl="60" xbr="70" ybr="80" {}/>'
-)
+BOX = '<box frame="0" keyframe="1" outside="0" occluded="0" xtl="30" ytl="60" xbr="70" ybr="80"{}/>'
 
 
 def images(*names: str) -> str:
@@ -171,9 +169,7 @@ def test_frames_of_cvats_images(
         ("<task><size>3</size></task>", [0, 1, 2, 20]),
     ],
 )
-def test_frames_that_no_task_of_cvat_has_are_unknown(
-    meta: str, expected: list[int], tmp_path: Path
-) -> None:
+def test_frames_of_no_task_are_unknown(meta: str, expected: list[int], tmp_path: Path) -> None:
     step = "<start_frame>10</start_frame><frame_filter>step=10</frame_filter>"
     there = BOX.format("").replace('frame="0"', 'frame="20"')
     found = registry.read(cvat(tmp_path, meta.format(step), track(0, shape=there)), "cvat", FILM)
@@ -217,7 +213,7 @@ def test_what_cvat_rotates_is_the_same_in_its_files(tmp_path: Path) -> None:
     of_coco = registry.read(
         coco(tmp_path, ["frame_000000.PNG"], attributes={"rotation": 30.0}), "coco", FILM
     )
-    turned = track(0, shape=BOX.format('rotation="30"'))
+    turned = track(0, shape=BOX.format(' rotation="30"'))
     of_xml = registry.read(cvat(tmp_path, TASK, turned), "cvat", FILM)
     (one,), (other,) = (next(iter(each)).objects for each in (of_coco, of_xml))
     assert one.ellipse == pytest.approx(other.ellipse)
@@ -467,7 +463,7 @@ def _yolo(names: str, **texts: str) -> Any:
         (_cvat("", images("a/1.png", "b/1.png")), "several films, by their folder"),
         (_cvat(f"<project><tasks>{2 * TASK}</tasks></project>", track(0)), "2 tasks of a project"),
         (_cvat(TASK, '<image id="0"><points occluded="0" points=""/></image>'), "has no points"),
-        (_cvat(TASK, track(0, shape=BOX.format('rotation="-400"'))), "rotation is -400"),
+        (_cvat(TASK, track(0, shape=BOX.format(' rotation="-400"'))), "rotation is -400"),
         (_yolo("names: [car]", frame_000000=LINE), "no class 1"),
         (_yolo("names: [car", frame_000000=LINE), "the list of names has no end"),
         (_yolo("", frame_000000="0 .1 .1 .2 .1 .2 .2 .1 .2\n"), "turned boxes and poses"),

@@ -15,12 +15,7 @@ from motes import Frame, SourceError
 from motes.video import pauses
 from motes_fleet.cameras import live, rig_camera
 from motes_fleet.cameras.camera_loop import watch_camera
-from motes_fleet.cameras.camera_report import (
-    CameraEnded,
-    CameraMessage,
-    CameraReady,
-    CameraReport,
-)
+from motes_fleet.cameras.camera_report import CameraEnded, CameraMessage, CameraReady, CameraReport
 from motes_fleet.cameras.live import on_clock, opened
 from motes_fleet.cameras.rig_camera import SILENCE, RigCamera
 from motes_fleet.cameras.rig_config import Camera

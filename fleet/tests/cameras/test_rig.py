@@ -214,9 +214,7 @@ def test_a_camera_that_cannot_be_read_does_not_stop_the_others(go: Go) -> None:
         (HALL.replace("[150,", "[950,"), "", 3, "Place 'door' lies outside the frame"),
     ],
 )
-def test_what_makes_no_sense_is_refused(
-    go: Go, text: str, line: str, code: int, words: str
-) -> None:
+def test_nonsense_is_refused(text: str, line: str, code: int, words: str, go: Go) -> None:
     found, out, error = go(text, line)
     assert found == code
     assert words in error

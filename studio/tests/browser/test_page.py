@@ -133,9 +133,8 @@ def test_a_killed_server_loses_nothing(
             shown.page.goto(shown.address)
             shown.page.get_by_label("Sessions", exact=True).get_by_role("link").first.click()
             shown.until(f"s.session?.id === '{session}' && s.rows.get(1)?.length === {FRAMES}")
-            assert (
-                shown.state("s.rows.get(1).map(({ x, y, a, final }) => [x, y, a, final])") == rows
-            )
+            found = shown.state("s.rows.get(1).map(({ x, y, a, final }) => [x, y, a, final])")
+            assert found == rows
             shown.page.keyboard.press("Control+z")
             shown.until("s.session.objects[0].keyframes.length === 1")
         finally:
@@ -206,9 +205,7 @@ def test_fingers_draw_and_zoom(shown: Shown) -> None:
     shown.page.keyboard.press("b")
 
     def send(kind: str, *points: tuple[float, float]) -> None:
-        given: list[dict[str, Any]] = [
-            {"x": x, "y": y, "id": at} for at, (x, y) in enumerate(points)
-        ]
+        given: list[dict[str, Any]] = [{"x": x, "y": y, "id": n} for n, (x, y) in enumerate(points)]
         touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": given})
 
     first, last = shown.at(*CORNERS[0]), shown.at(*CORNERS[1])
