@@ -9,7 +9,6 @@ import pytest
 from motes.cli import main
 
 Go = Callable[[str], tuple[int, str, str]]
-Tell = Callable[[str], tuple[int, str]]
 
 
 def running(capfd: pytest.CaptureFixture[str], first: str = "", **names: object) -> Go:
@@ -28,15 +27,21 @@ def running(capfd: pytest.CaptureFixture[str], first: str = "", **names: object)
     return run
 
 
-def telling(capfd: pytest.CaptureFixture[str], **names: object) -> Tell:
-    """Return what runs a command: exit code, and all that it has said."""
-    run = running(capfd, "", **names)
+class Tell:
+    """Runs commands: exit code, and all that each has said."""
 
-    def tell(line: str) -> tuple[int, str]:
-        code, out, error = run(line)
+    def __init__(self, capfd: pytest.CaptureFixture[str], **names: object) -> None:
+        self._run = running(capfd, "", **names)
+
+    def __call__(self, line: str) -> tuple[int, str]:
+        code, out, error = self._run(line)
         return code, out + error
 
-    return tell
+    def says(self, line: str, code: int, text: str, *, told: bool = True) -> str:
+        """Assert how a command ends, and whether it says a text; return all that it has said."""
+        found, said = self(line)
+        assert (found, text in said) == (code, told), said
+        return said
 
 
 def read_csv(path: str | Path) -> list[dict[str, str]]:

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from clips import picture
-from commands import Tell, telling
+from commands import Tell
 from disks import fill
 from motes import FormatError, VideoWriter, open_source
 from motes.cli import outputs
@@ -29,7 +29,7 @@ def go(here: Path, capfd: pytest.CaptureFixture[str]) -> Tell:
     with VideoWriter("film.mkv", 25) as writer:
         for index in range(FRAMES):
             writer.write(picture(index))
-    return telling(capfd)
+    return Tell(capfd)
 
 
 def pictures(path: Path | str) -> int:
@@ -101,8 +101,7 @@ def test_nothing_is_said_of_what_is_not_there(
     go: Tell, command: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     fill(monkeypatch, "o.mp4")
-    code, error = go(f"{command} -o r.csv --overlay o.mp4")
-    assert (code, "wrote" in error) == (5, False)
+    go.says(f"{command} -o r.csv --overlay o.mp4", 5, "wrote", told=False)
     assert os.listdir() == ["film.mkv"]
 
 
@@ -124,8 +123,7 @@ def test_a_link_to_the_source_is_no_output(go: Tell, command: str) -> None:
     Path("rows.csv").hardlink_to("film.mkv")
     Path("soft.mkv").symlink_to("film.mkv")
     for option in ("--overlay hard.mkv", "--overlay soft.mkv", "-o rows.csv"):
-        code, error = go(f"{command} {option} --overwrite")
-        assert (code, "film.mkv is the source and cannot be an output" in error) == (2, True)
+        go.says(f"{command} {option} --overwrite", 2, "film.mkv is the source and cannot be an")
     assert Path("film.mkv").read_bytes() == before
 
 

@@ -17,7 +17,7 @@ from PIL import Image
 
 import motes
 from clips import write_film
-from commands import Tell, read_csv, telling
+from commands import Tell, read_csv
 from motes import TrackWriter, read_track
 from motes.cli import main
 from motes.core.track import COLUMNS, GROUND
@@ -43,7 +43,7 @@ def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def go(film: Path, here: Path, capfd: pytest.CaptureFixture[str]) -> Tell:
     """Run motes in an empty folder; FILM and BOX stand for the film and its target."""
-    return telling(capfd, FILM=film, BOX=BOX)
+    return Tell(capfd, FILM=film, BOX=BOX)
 
 
 @pytest.fixture(scope="module")
@@ -108,9 +108,7 @@ def ended_in_frame_12(written: int) -> Iterator[None]:
 def test_rows_between_keyframes(go: Tell) -> None:
     Path("keys.csv").write_text("20,BOX\n10:11,absent\n".replace("BOX", BOX))
     line = f"track FILM --keyframes keys.csv --at 4=BOX -o rows.csv {OPTIONS}"
-    code, said = go(line)
-    assert code == 0
-    assert f"{FRAMES} frames, 4 keyframes, tracking in 22, absent in 2; wrote rows.csv." in said
+    go.says(line, 0, f"{FRAMES} frames, 4 keyframes, tracking in 22, absent in 2; wrote rows.csv.")
     found = read_csv("rows.csv")
     assert tuple(found[0]) == (*COLUMNS, *HINDSIGHT)
     assert [int(row["frame"]) for row in found] == [*range(FRAMES)]
@@ -129,12 +127,9 @@ def test_a_film_whose_name_is_no_text(go: Tell, film: Path) -> None:
     shutil.copy(film, name)
     assert go(f"track {name} --init BOX -o rows.csv {OPTIONS}")[0] == 0
     assert History.load(Path("rows.csv.run.json")).film == "l\\udcfcbeck.mkv"
-    code, said = go(f"refine {name} rows.csv --at 9=BOX")
-    assert (code, "is taken for it" in said) == (0, False), said
+    go.says(f"refine {name} rows.csv --at 9=BOX", 0, "is taken for it", told=False)
     assert go(f"watch {name} -o many.jsonl --end 5")[0] in (0, 4)
-    code, said = go("batch *.mkv --do watch -o results")
-    assert code == 2
-    assert "beck.mkv has bytes that are no text; rename the file." in said
+    go.says("batch *.mkv --do watch -o results", 2, "beck.mkv has bytes that are no text; rename")
 
 
 def test_of_several_objects_one_is_taken(go: Tell) -> None:
@@ -143,8 +138,7 @@ def test_of_several_objects_one_is_taken(go: Tell) -> None:
         code, said = go(line)
         message = "many.csv has 2 objects; choose one, as with --identity 1."
         assert (code, message in said, len(said.splitlines())) == (3, True, 1), said
-        code, said = go(f"{line} --identity 7")
-        assert (code, "many.csv has no object 7; it has 1, 2." in said) == (3, True), said
+        go.says(f"{line} --identity 7", 3, "many.csv has no object 7; it has 1, 2.")
     assert go("convert many.csv one.csv --identity 2")[0] == 0
     for rows, chosen in (("many.csv", "--identity 2"), ("one.csv", "")):
         assert go(f"check FILM {rows} {chosen} -o {rows}.list.csv")[0] == 0
@@ -158,8 +152,7 @@ def test_of_several_objects_one_is_taken(go: Tell) -> None:
     ):
         Path("odd.csv").write_text(Path("many.csv").read_text().replace(",1,,", f",{number},,"))
         for line in ("refine FILM odd.csv --at 2=BOX", "check FILM odd.csv", "smooth odd.csv -o s"):
-            code, said = go(f"{line} --identity {number}")
-            assert (code, message in said, len(said.splitlines())) == (3, True, 1), said
+            assert len(go.says(f"{line} --identity {number}", 3, message).splitlines()) == 1
     Path("many.csv.run.json").unlink()
     assert go("refine FILM many.csv --identity 2 --at 2=BOX")[0] == 0
     known = History.load(Path("many.csv.run.json"))
@@ -208,11 +201,8 @@ def test_an_interrupted_correction_of_one_object_is_finished(go: Tell) -> None:
     assert go(f"{line} -o expected.csv")[0] == 0
     with interrupted_at(3):
         assert go(line)[0] == 130
-    code, said = go("check FILM many.csv --identity 1")
-    assert code == 0
-    assert "finish it with: motes refine film.mkv many.csv --identity 2" in said
-    code, said = go("smooth many.csv --identity 1 -o smooth.csv")
-    assert (code, "was killed" in said) == (0, False), said
+    go.says("check FILM many.csv --identity 1", 0, "motes refine film.mkv many.csv --identity 2")
+    said = go.says("smooth many.csv --identity 1 -o smooth.csv", 0, "was killed", told=False)
     assert "finish it with: motes refine film.mkv many.csv --identity 2" in said
     assert go("refine FILM many.csv --identity 2")[0] == 0
     assert Path("many.csv").read_text() == Path("expected.csv").read_text()
@@ -249,8 +239,7 @@ def test_others_are_drawn_in_frames_without_the_corrected_object(go: Tell) -> No
     late = [line for line in lines if line.split(",")[2] != "2" or 5 <= int(line.split(",")[0]) < 9]
     Path("many.csv").write_text("".join(late))
     assert go("refine FILM many.csv --identity 2 --at 7=BOX")[0] == 0
-    code, said = go("draw FILM many.csv -o drawn.mkv")
-    assert (code, f"{FRAMES} frames" in said) == (0, True), said
+    go.says("draw FILM many.csv -o drawn.mkv", 0, f"{FRAMES} frames")
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
@@ -304,8 +293,7 @@ def test_other_objects_keep_their_names_and_their_metres(go: Tell) -> None:
     Path("many.csv.run.json").unlink()
     Path("many.csv").write_text("".join(path.read_text().splitlines(keepends=True)[i] for i in
                                         (0, 1, 1, 2)))  # fmt: skip
-    code, said = go("check FILM many.csv --identity 2")
-    assert (code, "many.csv has an object twice in a frame; remove" in said) == (3, True), said
+    go.says("check FILM many.csv --identity 2", 3, "many.csv has an object twice in a frame;")
 
 
 def test_a_target_that_has_turned_on_and_on_is_checked_and_followed_again(go: Tell) -> None:
@@ -322,8 +310,7 @@ def test_a_target_that_has_turned_on_and_on_is_checked_and_followed_again(go: Te
     before = {name: Path(name).read_bytes() for name in ("rows.csv", "rows.csv.run.json")}
     mark = "--at 3=44,44,15,20,30"
     for line in (f"track FILM {mark} -o new.csv", f"refine FILM rows.csv {mark}"):
-        code, said = go(line)
-        assert (code, f"{mark}: theta begins with 30" in said) == (2, True), said
+        go.says(line, 2, f"{mark}: theta begins with 30")
     assert {name: Path(name).read_bytes() for name in before} == before
 
 
@@ -360,8 +347,7 @@ def test_of_a_killed_run_it_is_said_that_rows_are_missing(go: Tell) -> None:
     with ended_in_frame_12(0):
         assert go(f"track FILM --init BOX -o rows.csv {OPTIONS}")[0] != 0
     for reader in ("convert rows.csv a.xml", "smooth rows.csv -o s.csv"):
-        code, said = go(reader)
-        assert (code, "the run of rows.csv was killed, or still goes on: what" in said) == (0, True)
+        go.says(reader, 0, "the run of rows.csv was killed, or still goes on: what")
     assert go(f"track FILM --init BOX -o rows.csv {OPTIONS} --resume")[0] == 0
     assert "killed" not in go("convert rows.csv b.xml")[1]
 
@@ -380,8 +366,7 @@ def test_a_killed_run_is_finished(go: Tell, monkeypatch: pytest.MonkeyPatch) -> 
         return run_pass(*arguments, **options)  # type: ignore[arg-type]
 
     monkeypatch.setattr("motes.correction.correct.run_pass", counted)
-    code, said = go("refine FILM rows.csv")
-    assert (code, "16 rows of 24 made anew" in said) == (0, True), said
+    go.says("refine FILM rows.csv", 0, "16 rows of 24 made anew")
     assert len(calls) == 3
     assert Path("rows.csv").read_text() == Path("expected.csv").read_text()
 
@@ -415,9 +400,7 @@ def test_an_interrupt_on_the_way_back_leaves_the_stretch_to_be_finished(go: Tell
     assert history.unfinished == [(12, 20), (20, 23)]
     readers = "check FILM rows.csv", "convert rows.csv c.csv", "draw FILM rows.csv -o o.mp4"
     for reader in readers:
-        code, said = go(reader)
-        assert code == 0, said
-        assert "the run of rows.csv was not finished between frames 12 and 23; finish it" in said
+        said = go.says(reader, 0, "the run of rows.csv was not finished between frames 12 and 23")
         assert "No frame is in doubt" not in said
     assert go("refine FILM rows.csv")[0] == 0
     assert Path("rows.csv").read_text() == Path("expected.csv").read_text()
@@ -462,8 +445,7 @@ def test_a_correction_killed_between_its_files_is_finished(
 def test_other_rows_stay_to_the_byte(go: Tell) -> None:
     assert go(f"track FILM --at 0=BOX --at 12=BOX -o rows.csv {OPTIONS}")[0] == 0
     before = Path("rows.csv").read_text().splitlines()
-    code, said = go("refine FILM rows.csv --at 18=31,25,30,40 --absent 20:21")
-    assert (code, "3 corrections, 12 rows of 24 made anew" in said) == (0, True)
+    go.says("refine FILM rows.csv --at 18=31,25,30,40 --absent 20:21", 0, "12 rows of 24 made anew")
     after = Path("rows.csv").read_text().splitlines()
     changed = [i - 1 for i, (a, b) in enumerate(zip(before, after, strict=True)) if a != b]
     assert min(changed) > 12
@@ -485,9 +467,7 @@ def test_a_target_that_leaves_has_its_center_outside(go: Tell) -> None:
     code, said = go("check FILM leaves.csv")
     assert code == 0, said
     Path("left.csv").write_text(first + row.format("1,0.04", 100, 108))
-    code, said = go("check FILM left.csv")
-    assert code == 3
-    assert "left.csv has the target at 100.5,32.5 in frame 1, outside of" in said
+    go.says("check FILM left.csv", 3, "left.csv has the target at 100.5,32.5 in frame 1, outside")
 
 
 def _text(mark: object) -> str:
@@ -503,8 +483,7 @@ def test_corrected_rows_are_those_of_a_run_between_the_same_keyframes(
     options = f"{OPTIONS} {metres}"
     assert go(f"track FILM --at 0=BOX --at 12=31,25,30,40 -o expected.jsonl {options}")[0] == 0
     assert go(f"track FILM --init BOX -o rows.jsonl {options}")[0] == 0
-    code, said = go("refine FILM rows.jsonl --at 12=31,25,30,40")
-    assert (code, "24 rows of 24 made anew" in said) == (0, True), said
+    go.says("refine FILM rows.jsonl --at 12=31,25,30,40", 0, "24 rows of 24 made anew")
     assert Path("rows.jsonl").read_text() == Path("expected.jsonl").read_text()
     assert go("refine FILM rows.jsonl --at 3=BOX --seed 1")[1].count(
         "--seed is already in rows.jsonl.run.json"
@@ -727,8 +706,7 @@ def test_rows_that_are_cut_between_two_lines_are_refused(go: Tell) -> None:
         assert go(f"refine FILM {name} --at 15=32,25,30,40 -o again.csv --overwrite")[0] == 0
         lines = Path(name).read_text().splitlines(keepends=True)
         Path(name).write_text("".join(lines[:-2]))
-        code, said = go(f"smooth {name} -o other.csv")
-        assert (code, f"{name} has {len(lines) - 2} lines of {len(lines)}" in said) == (3, True)
+        go.says(f"smooth {name} -o other.csv", 3, f" has {len(lines) - 2} lines of {len(lines)}")
         assert not Path("other.csv").exists()
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from commands import Tell, telling
+from commands import Tell
 from motes import VideoWriter, open_source
 from motes.cli import main
 from motes.video.decoder import Decoder
@@ -30,7 +30,7 @@ def make_film() -> None:
 def go(here: Path, capfd: pytest.CaptureFixture[str]) -> Tell:
     """Run motes in a folder with a film."""
     make_film()
-    return telling(capfd)
+    return Tell(capfd)
 
 
 @pytest.fixture
@@ -76,8 +76,7 @@ def test_every_kind_of_rows_is_drawn(go: Tell) -> None:
         assert go(f"convert rows.csv other.{ending} --video film.mkv")[0] == 0
         names.append(f"other.{ending}")
     for name in names:
-        code, said = go(f"draw film.mkv {name} -o drawn.mkv --overwrite")
-        assert (code, "30 frames; wrote drawn.mkv" in said) == (0, True), said
+        go.says(f"draw film.mkv {name} -o drawn.mkv --overwrite", 0, "30 frames; wrote drawn.mkv")
         assert all(changed("drawn.mkv")) or "keyframes" in name, name
 
 
@@ -191,8 +190,7 @@ def test_objects_are_drawn_with_their_names_lines_and_speeds(
 
     assert go("watch film.mkv -o objects.csv --line 50,0,50,59 --scale 10")[0] in (0, 4)
     Path("objects.csv").write_text(objects())
-    code, printed = go("draw film.mkv objects.csv -o drawn.mkv --figures figures")
-    assert (code, "objects.slit.png" in printed) == (0, True)
+    go.says("draw film.mkv objects.csv -o drawn.mkv --figures figures", 0, "objects.slit.png")
     assert all(changed("drawn.mkv"))
     assert {path.name for path in Path("figures").iterdir()} == {
         "objects.heatmap.png", "objects.paths.png", "objects.slit.png",
@@ -227,8 +225,7 @@ def test_a_box_smaller_than_a_pixel_is_drawn(go: Tell) -> None:
     Path("rows.csv").write_text(
         "frame,id,left,top,width,height\n0,1,7.6,8.6,0.3,0.3\n0,2,20,20,9,9\n"
     )
-    code, said = go("draw film.mkv rows.csv -o drawn.mkv")
-    assert (code, f"{FRAMES} frames; wrote drawn.mkv" in said) == (0, True), said
+    go.says("draw film.mkv rows.csv -o drawn.mkv", 0, f"{FRAMES} frames; wrote drawn.mkv")
 
 
 def test_the_speed_of_one_of_several_is_drawn_when_it_was(
@@ -308,8 +305,7 @@ def test_bad_input_is_one_line(
 ) -> None:
     monkeypatch.chdir(bad)
     before = {*bad.iterdir()}
-    found, said = go(line)
-    assert (found, message in said, len(said.splitlines())) == (code, True, 1), said
+    assert len(go.says(line, code, message).splitlines()) == 1
     assert {*bad.iterdir()} == before
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from commands import Tell, telling
+from commands import Tell
 from motes.cli import main
 from motes.formats import runs
 
@@ -39,7 +39,7 @@ def go(here: Path, capfd: pytest.CaptureFixture[str]) -> Tell:
     for i in range(6):
         Image.fromarray(picture(60 + 3 * i, i)).save(f"film/{i}.png")
     assert main(TRACK.split()) == 0
-    return telling(capfd)
+    return Tell(capfd)
 
 
 def overlap(mask: np.ndarray, x: float) -> float:
@@ -47,14 +47,12 @@ def overlap(mask: np.ndarray, x: float) -> float:
 
 
 def test_a_folder_and_a_document(go: Tell) -> None:
-    code, said = go(f"{DRAW} masks")
-    assert (code, "wrote masks." in said) == (0, True), said
+    go.says(f"{DRAW} masks", 0, "wrote masks.")
     assert sorted(path.name for path in Path("masks").iterdir()) == [f"{i}.png" for i in range(6)]
     with Image.open("masks/5.png") as image:
         found = np.asarray(image) > 0
     assert overlap(found, 75) > 0.8
-    code, said = go(f"{DRAW} masks.json --label cross")
-    assert (code, "wrote masks.json." in said) == (0, True), said
+    go.says(f"{DRAW} masks.json --label cross", 0, "wrote masks.json.")
     document = json.loads(Path("masks.json").read_text())
     last = document["annotations"][-1]
     assert last["segmentation"]["size"] == list(SIZE)
@@ -70,9 +68,7 @@ def test_no_option_is_named_that_draw_does_not_have(go: Tell) -> None:
     head, first, *rest = Path("rows.csv").read_text().splitlines()
     values = dict(zip(head.split(","), first.split(","), strict=True)) | {"confidence": "0.3"}
     Path("rows.csv").write_text("\n".join([head, ",".join(values.values()), *rest, ""]))
-    code, said = go(f"{DRAW} masks")
-    assert code == 0
-    assert "; 1 guess left out (interpolated, or confidence below 0.5)." in said
+    go.says(f"{DRAW} masks", 0, "; 1 guess left out (interpolated, or confidence below 0.5).")
 
 
 def test_a_full_disk_keeps_the_rows_of_the_masks(go: Tell, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -84,8 +80,7 @@ def test_a_full_disk_keeps_the_rows_of_the_masks(go: Tell, monkeypatch: pytest.M
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(os, "fsync", full)
-    code, said = go(f"{DRAW} masks")
-    assert (code, "its rows are kept in masks.rows.jsonl" in said) == (5, True), said
+    go.says(f"{DRAW} masks", 5, "its rows are kept in masks.rows.jsonl")
     assert not [*Path().glob("masks*/")]
     assert go("convert masks.rows.jsonl masks")[0] == 0
     assert sorted(path.name for path in Path("masks").iterdir()) == [f"{i}.png" for i in range(6)]
@@ -100,8 +95,7 @@ def test_masks_are_made_of_a_document_and_of_ellipses(go: Tell) -> None:
     with Image.open("ellipses/frame_000000.png") as image:
         white = np.asarray(image) > 0
     assert white.sum() == pytest.approx(np.pi * 20.5**2, rel=0.02)
-    code, said = go("convert masks a.csv")
-    assert (code, "masks is only written" in said) == (2, True), said
+    go.says("convert masks a.csv", 2, "masks is only written")
 
 
 @pytest.mark.parametrize(

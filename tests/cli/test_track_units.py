@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from commands import Tell, telling
+from commands import Tell
 from motes.rows.reader import read_track
 from motes.synthetic.clips import crowd
 
@@ -27,7 +27,7 @@ def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def go(film: Path, here: Path, capfd: pytest.CaptureFixture[str]) -> Tell:
     """Run motes in a folder with the film."""
     Path("film").symlink_to(film)
-    return telling(capfd)
+    return Tell(capfd)
 
 
 def test_rows_have_places_and_speeds(go: Tell) -> None:

@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 import disks
-from commands import Tell, read_csv, telling
+from commands import Tell, read_csv
 from motes.formats import FilmFacts, registry
 from motes.video.film import DamagedError, Film
 from motes.video.writer import VideoWriter
@@ -26,7 +26,7 @@ def go(here: Path, capfd: pytest.CaptureFixture[str]) -> Tell:
     """Run motes in a folder with rows of one target and of two objects."""
     registry.write(Path("one.csv"), "csv", turning())
     registry.write(Path("two.json"), "coco", crowd())
-    return telling(capfd)
+    return Tell(capfd)
 
 
 def film(names: Iterable[object], size: tuple[int, int] = (64, 48), folder: str = "film") -> None:
@@ -49,16 +49,14 @@ def test_formats_are_recognized_and_losses_are_named(go: Tell) -> None:
     assert "otb does not hold angles, confidences, times; one.csv has them." in said
     Path("first.csv").write_text("".join(Path("one.csv").read_text().splitlines(keepends=True)[:2]))
     assert "with the 1 frame in first.csv." in go("convert first.csv first.txt")[1]
-    code, said = go("convert two.json gt.txt")
-    assert (code, "mot-truth does not hold confidences, times" in said) == (0, True)
+    said = go.says("convert two.json gt.txt", 0, "mot-truth does not hold confidences, times")
     assert "has no class" not in said  # it has one for a car
     lines = "0,1,cup,1,1,9,9\n0,2,Person,1,1,9,9\n0,3,bus,1,1,9,9\n"
     Path("own.csv").write_text("frame,id,label,left,top,width,height\n" + lines)
     for form in ("mot", "mot-truth"):
         code, said = go(f"convert own.csv own.txt --to {form} --overwrite")
         assert f"{form} has no class 'bus', 'cup'; it writes -1." in said
-    code, said = go("convert one.csv one.jsonl")
-    assert (code, "does not hold" in said) == (0, False)
+    go.says("convert one.csv one.jsonl", 0, "does not hold", told=False)
     assert go("convert one.csv a.txt --to vot")[0] == 0
     assert go("convert a.txt b.jsonl --from vot --fps 25")[0] == 0
     rows = [json.loads(line) for line in Path("b.jsonl").read_text().splitlines()]
@@ -84,8 +82,7 @@ def test_frames_of_a_film_are_counted_where_its_file_does_not_say(go: Tell) -> N
         for time in (0.0, 0.04, 0.08, 1.0):
             writer.write(np.zeros((48, 64, 3), np.uint8), time)
     Path("ten.csv").write_text("frame,left,top,width,height\n9,8,8,20,20\n")
-    code, said = go("convert ten.csv ten.json --video film.mkv")
-    assert (code, "objects in frame 9, but the film has 4 frames" in said) == (3, True), said
+    go.says("convert ten.csv ten.json --video film.mkv", 3, "in frame 9, but the film has 4 frames")
 
 
 def test_what_a_run_wrote_beside_its_rows_is_not_asked_for_again(go: Tell) -> None:
@@ -96,11 +93,9 @@ def test_what_a_run_wrote_beside_its_rows_is_not_asked_for_again(go: Tell) -> No
     assert {(each["width"], each["height"]) for each in document["images"]} == {(32, 24)}
     assert len(document["images"]) == 5
     assert go("convert run.csv same.json --size 32x24 --fps 10 --video film")[0] == 0
-    code, said = go("convert run.csv other.json --size 64x48")
-    assert (code, "--size is 64x48, and the film has 32x24; omit it." in said) == (2, True), said
+    go.says("convert run.csv other.json --size 64x48", 2, "is 64x48, and the film has 32x24; omit")
     film(range(1), folder="other")
-    code, said = go("convert run.csv other.json --video other")
-    assert (code, "other has 64x48, but the rows are of film, with" in said) == (3, True), said
+    go.says("convert run.csv other.json --video other", 3, "has 64x48, but the rows are of film, ")
     assert not Path("other.json").exists()
 
 
@@ -197,10 +192,8 @@ def test_a_track_ends_where_its_film_goes_on(
     code, said = go("convert run.csv open.xml")
     cut = options == "--init BOX --end 4"  # keyframes tell how many frames they have read
     assert (code, "stays to the end of the task; give --video" in said) == (0, cut), said
-    code, said = go("convert open.xml again.xml")
-    assert (code, "stays to the end of the task" in said) == (0, False), said
-    code, said = go(f"convert run.csv same.xml --video {source}")
-    assert (code, "stays to the end of the task" in said) == (0, False), said
+    go.says("convert open.xml again.xml", 0, "stays to the end of the task", told=False)
+    go.says(f"convert run.csv same.xml --video {source}", 0, "stays to the end of the", told=False)
     for document in ("run.xml", "same.xml"):
         boxes = ElementTree.parse(document).findall("track/box")
         assert [int(box.attrib["frame"]) for box in boxes if box.get("outside") == "1"] == ends
@@ -239,8 +232,7 @@ def test_two_images_of_one_name_have_no_labels(go: Tell) -> None:
     assert go(f"{TRACK} --init 8,6,10,8 -o run.csv")[0] == 0
     for line in (f"{TRACK} --init 8,6,10,8 -o", "convert run.csv --video film"):
         for target in ("a.yolo", "masks"):
-            code, said = go(f"{line} {target}")
-            assert (code, "1.bmp and 1.png have one name" in said) == (5, True), said
+            go.says(f"{line} {target}", 5, "1.bmp and 1.png have one name")
             assert not Path(target).exists()
             assert not Path(f"{target}.rows.jsonl").exists()
 
@@ -262,30 +254,23 @@ def test_a_class_for_those_without_one_is_in_rows_too(
 
 
 def test_one_of_several_objects(go: Tell) -> None:
-    code, said = go("convert two.json groundtruth.txt")
-    assert (code, "choose one with --identity N" in said) == (5, True)
+    go.says("convert two.json groundtruth.txt", 5, "choose one with --identity N")
     assert not Path("groundtruth.txt").exists()
     assert go("convert two.json groundtruth.txt --identity 1")[0] == 0
     assert Path("groundtruth.txt").read_text().startswith("10.0000,40.0000,50.0000,40.0000,50")
-    code, said = go("convert two.json x.vot.txt --identity 7")
-    assert (code, "two.json has no object 7; it has 1, 2." in said) == (2, True)
+    go.says("convert two.json x.vot.txt --identity 7", 2, "two.json has no object 7; it has 1, 2.")
 
 
 def test_the_film_gives_what_a_file_does_not_hold(go: Tell) -> None:
     film(range(40), (320, 240))
-    code, said = go("convert one.csv a.json")
-    assert code == 2
-    assert "coco needs the size of the picture; give --size or --video." in said
+    go.says("convert one.csv a.json", 2, "coco needs the size of the picture; give --size or --vid")
     assert go("convert one.csv a.json --video film")[0] == 0
     assert json.loads(Path("a.json").read_text())["images"][0]["width"] == 320
     assert go("convert one.csv b.json --size 320x240")[0] == 0
-    code, said = go("convert two.json labels --size 640x480")
-    assert (code, "two.json is of a film of 320x240 pixels, not of 640x480" in said) == (3, True)
-    code, said = go("convert one.csv c.xml --size 320x240 --frames 30")
-    assert (code, "objects in frame 39, but the film has 30 frames" in said) == (3, True)
+    go.says("convert two.json labels --size 640x480", 3, "of a film of 320x240 pixels, not of 640")
+    go.says("convert one.csv c.xml --size 320x240 --frames 30", 3, "frame 39, but the film has 30 ")
     assert go("convert two.json labels")[0] == 0
-    code, said = go("convert labels d.csv")
-    assert (code, "labels holds shares of the picture; give its --size" in said) == (2, True)
+    go.says("convert labels d.csv", 2, "labels holds shares of the picture; give its --size")
     assert go("convert labels d.csv --video film")[0] == 0
     assert len(list(csv.reader(Path("d.csv").read_text().splitlines()))) == 56
 
@@ -324,8 +309,7 @@ def test_the_rate_of_a_seqinfo_is_that_of_the_rows_beside_it(go: Tell, name: str
     Path("seqinfo.ini").write_text("[Sequence]\nframeRate=10\n")
     Path(name).write_text("1,1,9,9,9,9,1,-1,-1,-1\n3,1,9,9,9,9,1,-1,-1,-1\n")
     for fps, expected in (("", 0.2), (" --fps 20", 0.1)):
-        code, said = go(f"convert {name} rows.csv --overwrite{fps}")
-        assert (code, "assumed" in said) == (0, False), said
+        go.says(f"convert {name} rows.csv --overwrite{fps}", 0, "assumed", told=False)
         assert float(read_csv("rows.csv")[-1]["time"]) == expected
 
 
@@ -382,10 +366,8 @@ def test_no_advice_on_times_in_milliseconds_leads_back(go: Tell) -> None:
         "draw film a.csv -o a.mkv --fps 25",
         "check film whole.csv",
     ):
-        code, said = go(line)
-        assert (code, "or correct the column time, in seconds." in said) == (3, True), said
-    code, said = go("convert a.csv b.csv --fps 25")
-    assert (code, "omit it, or remove these times from a copy." in said) == (2, True), said
+        go.says(line, 3, "or correct the column time, in seconds.")
+    go.says("convert a.csv b.csv --fps 25", 2, "omit it, or remove these times from a copy.")
     rows = [f"{frame},9,9,20,20" for frame in range(3)]
     Path("a.csv").write_text("\n".join(["frame,left,top,width,height", *rows, ""]))
     assert go("draw film a.csv -o a.mkv --fps 25")[0] == 0
@@ -433,8 +415,7 @@ def test_what_is_left_out_is_said(go: Tell) -> None:
 
     head = '{"motes": "rows 2", "source": "film", "width": 9, "height": 9, "label": "object"}\n'
     Path("a.json.rows.jsonl").write_text(head + '{"frame": 0, "time": 0.0, "objects": []}\n{"fra')
-    code, said = go("convert a.json.rows.jsonl a.json")
-    assert (code, "the last line, which is cut off" in said) == (0, True), said
+    go.says("convert a.json.rows.jsonl a.json", 0, "the last line, which is cut off")
 
 
 def test_a_folder_is_whole_or_not_there(go: Tell, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -462,12 +443,9 @@ def test_a_folder_with_other_files_is_not_replaced(go: Tell) -> None:
     Path("mine").mkdir()
     assert go("convert two.json mine --to yolo")[0] == 0
     Path("mine/thesis.doc").write_text("all of it")
-    code, said = go("convert two.json mine --to yolo --overwrite")
-    assert code == 5
-    assert "holds thesis.doc, which is no part of labels of YOLO; choose" in said
+    go.says("convert two.json mine --to yolo --overwrite", 5, "holds thesis.doc, which is no part")
     assert Path("mine/thesis.doc").read_text() == "all of it"
-    code, said = go("convert two.json . --to yolo --overwrite")
-    assert (code, ". is the current folder; name another one" in said) == (5, True), said
+    go.says("convert two.json . --to yolo --overwrite", 5, ". is the current folder; name another")
 
 
 @pytest.mark.parametrize(
@@ -516,12 +494,10 @@ def test_track_writes_all_formats(go: Tell, name: str) -> None:
     command = f"{TRACK} --init 20,10,16,20 -o"
     if name == "a.parquet":
         pytest.importorskip("pyarrow", reason="pyarrow is not installed")
-    code, said = go(f"{command} {name}")
-    assert (code, f"wrote {name}" in said) == (0, True), said
+    go.says(f"{command} {name}", 0, f"wrote {name}")
     form = registry.format_for(name)
     if registry.FORMATS.resolve(form).single:
-        code, said = go(f"{command} b.x --format {form} --init 5,5,20,20")
-        assert (code, "holds one object, and there may be several" in said) == (2, True)
+        go.says(f"{command} b.x --format {form} --init 5,5,20,20", 2, "one object, and there may")
         assert "holds one object" in go(f"watch film -o {name} --overwrite")[1]
     if form == "parquet":
         assert go(f"{command} a.csv")[0] == 0
@@ -553,8 +529,7 @@ def test_names_of_images_that_are_made_up_are_said(go: Tell, target: str) -> Non
     code, said = go(f"convert own.csv {target}")
     assert code == 0
     assert f"are called frame_000001.png and so on in {target}; give --video FOLDER" in said
-    code, said = go(f"convert own.csv {target} --video film --overwrite")
-    assert (code, "frame_000001" in said) == (0, False)
+    go.says(f"convert own.csv {target} --video film --overwrite", 0, "frame_000001", told=False)
     assert "frame_000" not in go("convert own.csv own.xml")[1]
 
 
@@ -572,8 +547,7 @@ def test_labels_belong_to_the_images_of_their_names(go: Tell, step: int) -> None
     for row, same in zip(read_csv("rows.csv"), read_csv("back.csv"), strict=True):
         assert row["frame"] == same["frame"]
         assert float(row["left"]) == pytest.approx(float(same["left"]), abs=0.01)
-    code, said = go("draw film a.yolo --fps 25 -o a.mp4")
-    assert (code, "6 frames" in said) == (0, True), said
+    go.says("draw film a.yolo --fps 25 -o a.mp4", 0, "6 frames")
 
 
 def test_labels_of_other_images_are_refused(go: Tell) -> None:
