@@ -21,11 +21,18 @@ Codec = Literal[
 ]  # fmt: skip
 
 
+def write_pictures(
+    path: str | Path, pictures: Iterable[Pixels], fps: float = 25, times: Iterable[float] = ()
+) -> None:
+    """Write pictures, one for each time if there are any."""
+    with VideoWriter(path, fps) as writer:
+        for pixels, time in itertools.zip_longest(pictures, times):
+            writer.write(pixels, time)
+
+
 def write_film(path: str | Path, clip: Iterable[tuple[Frame, object]], fps: float = 25) -> None:
     """Write the frames of a rendered clip."""
-    with VideoWriter(path, fps) as writer:
-        for frame, _ in clip:
-            writer.write(frame.pixels)
+    write_pictures(path, (frame.pixels for frame, _ in clip), fps)
 
 
 def picture(index: int, width: int = 64, height: int = 48) -> Pixels:

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import motes
-from motes.video.writer import VideoWriter
+from clips import write_pictures
 from oracles import mosaic
 from scripts import script
 
@@ -159,9 +159,8 @@ tracker.update(image)
 def test_track_starts_without_what_it_does_not_need(tmp_path: Path) -> None:
     """Its start is half a second, of which each of these would take a share, and memory."""
     film = tmp_path / "film.mp4"
-    with VideoWriter(film, 25) as writer:
-        for shift in range(12):  # a neighbor is looked for in every fourth frame
-            writer.write(np.roll(mosaic(0, 96, 128), shift, axis=1))
+    shifts = range(12)  # a neighbor is looked for in every fourth frame
+    write_pictures(film, (np.roll(mosaic(0, 96, 128), shift, axis=1) for shift in shifts))
     words = ["track", str(film), "--init", "40,30,30,24", "-o", str(tmp_path / "rows.csv")]
     loaded = modules_after(f"from motes.cli import main\nassert main({words!r}) == 0")
     needless = {

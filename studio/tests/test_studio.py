@@ -16,7 +16,8 @@ import pyarrow.parquet
 import pytest
 from PIL import Image
 
-from motes import Ellipse, SourceError, Status, Track, VideoWriter
+from clips import write_pictures
+from motes import Ellipse, SourceError, Status, Track
 from motes.cli import main
 from motes.formats import registry
 from motes.rows import FrameRow, Header
@@ -479,9 +480,7 @@ def test_a_guess_is_exported_as_seen_for_who_wants_it(
 
 
 def test_a_region_with_nothing_in_it_is_noted(folder: Path, client: httpx.Client) -> None:
-    with VideoWriter(folder / "wall.mkv", 25) as writer:
-        for index in range(3):
-            writer.write(np.full((80, 96, 3), 90, np.uint8), index / 25)
+    write_pictures(folder / "wall.mkv", [np.full((80, 96, 3), 90, np.uint8)] * 3)
     for name, noted in (("film.mkv", False), ("wall.mkv", True)):
         with looking(client, begin(client, name)) as page:
             page.tracked(page.drawn())

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from clips import picture
+from clips import picture, write_pictures
 from commands import Tell
 from disks import fill
 from motes import FormatError, VideoWriter, open_source
@@ -26,9 +26,7 @@ COMMANDS = [
 @pytest.fixture
 def go(here: Path, capfd: pytest.CaptureFixture[str]) -> Tell:
     """Run motes in a folder with a film."""
-    with VideoWriter("film.mkv", 25) as writer:
-        for index in range(FRAMES):
-            writer.write(picture(index))
+    write_pictures("film.mkv", map(picture, range(FRAMES)))
     return Tell(capfd)
 
 

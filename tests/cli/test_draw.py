@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from clips import write_pictures
 from commands import Tell
-from motes import VideoWriter, open_source
+from motes import open_source
 from motes.cli import main
 from motes.video.decoder import Decoder
 
@@ -17,13 +18,16 @@ FRAMES = 30
 TRACK = "track film.mkv --init 20,20,20,20 --preset mean_shift"
 
 
+def picture(left: int) -> np.ndarray:
+    """Return a red box so far right on gray."""
+    pixels = np.full((60, 120, 3), 90, np.uint8)
+    pixels[20:40, left : left + 20] = (230, 40, 40)
+    return pixels
+
+
 def make_film() -> None:
     """Make a film of a red box that walks two pixels a frame, in the current folder."""
-    with VideoWriter("film.mkv", 25) as writer:
-        for index in range(FRAMES):
-            pixels = np.full((60, 120, 3), 90, np.uint8)
-            pixels[20:40, 20 + 2 * index : 40 + 2 * index] = (230, 40, 40)
-            writer.write(pixels)
+    write_pictures("film.mkv", (picture(20 + 2 * index) for index in range(FRAMES)))
 
 
 @pytest.fixture
@@ -121,12 +125,7 @@ def test_speeds_are_of_the_file_or_of_the_units(go: Tell, said: list[str]) -> No
 @pytest.mark.slow
 def test_a_live_speed_is_drawn_when_it_was(go: Tell, said: list[str]) -> None:
     """Rows of a live run have that of a quarter of a second ago; the box gets ever faster."""
-    with VideoWriter("fall.mkv", 25) as writer:
-        for index in range(FRAMES):
-            pixels = np.full((60, 120, 3), 90, np.uint8)
-            left = 20 + round(0.08 * index**2)
-            pixels[20:40, left : left + 20] = (230, 40, 40)
-            writer.write(pixels)
+    write_pictures("fall.mkv", (picture(20 + round(0.08 * i**2)) for i in range(FRAMES)))
     fall = TRACK.replace("film.mkv", "fall.mkv")
     assert go(f"{fall} -o rows.csv --scale 2")[0] == 0
     Path("rows.csv.run.json").unlink()  # the metres are those of the rows
@@ -205,9 +204,7 @@ def test_objects_are_drawn_with_their_names_lines_and_speeds(
 def test_speeds_of_rows_without_times_are_by_those_of_the_film(go: Tell, said: list[str]) -> None:
     """A film's frames come half as often from its middle on, as of a phone in the dark."""
     times = np.cumsum([0.0] + [0.04] * 14 + [0.08] * 15)
-    with VideoWriter("dark.mkv", 25) as writer:
-        for time in times:
-            writer.write(np.full((60, 120, 3), 90, np.uint8), float(time))
+    write_pictures("dark.mkv", [np.full((60, 120, 3), 90, np.uint8)] * 30, times=times.tolist())
     boxes = (f"{n + 1},1,{20 + 50 * time:.2f},20,9,9,1\n" for n, time in enumerate(times))
     Path("rows.txt").write_text("".join(boxes))
     assert go("draw dark.mkv rows.txt -o drawn.mkv --scale 10")[0] == 0
@@ -260,14 +257,9 @@ def bad(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         make_film()
-        for name, size, fps, frames in (
-            ("small", (40, 40), 25, FRAMES),
-            ("short", (120, 60), 25, 9),
-            ("slow", (120, 60), 10, FRAMES),
-        ):
-            with VideoWriter(f"{name}.mkv", fps) as writer:
-                for _ in range(frames):
-                    writer.write(np.zeros((size[1], size[0], 3), np.uint8))
+        write_pictures("small.mkv", [np.zeros((40, 40, 3), np.uint8)] * FRAMES)
+        write_pictures("short.mkv", [picture(20)] * 9)
+        write_pictures("slow.mkv", [picture(20)] * FRAMES, 10)
         assert main(f"{TRACK} -o rows.csv".split()) == 0
         text = Path("rows.csv").read_text()
         Path("alone.csv").write_text(text)

@@ -14,12 +14,12 @@ from threading import Thread
 import numpy as np
 import pytest
 
+from clips import write_pictures
 from motes.cli import main
 from motes.core import files
 from motes.sot.network import published
 from motes.sot.network.network import Network
 from motes.sot.network.published import PublishedFile, PublishedNetwork, folder_of
-from motes.video.writer import VideoWriter
 from onnx_trackers import save_pair
 from oracles import mosaic
 
@@ -76,9 +76,7 @@ def test_a_network_is_downloaded_and_used(
     served: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     film, rows = tmp_path / "film.mp4", tmp_path / "rows.csv"
-    with VideoWriter(film, 25) as writer:
-        for shift in range(4):
-            writer.write(np.roll(mosaic(0, 96, 128), shift, axis=1))
+    write_pictures(film, (np.roll(mosaic(0, 96, 128), shift, axis=1) for shift in range(4)))
     words = ["track", str(film), "--init", "40,30,30,24", "-o", str(rows), "--network", "pair"]
     assert main(words) == 3
     assert "not on this computer; get it with: motes network get pair\n" in capsys.readouterr().err

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from clips import write_pictures
 from commands import Go, read_csv, running
-from motes import EventCounter, Frame, Scene, SourceError, VideoWriter, open_source
+from motes import EventCounter, Frame, Scene, SourceError, open_source
 from motes.cli import main
 from motes.cli.outputs import Events
 from motes.cli.watch_loop import counted_moments, table
@@ -284,11 +285,9 @@ def test_an_onnx_file_finds_classes(go: Go) -> None:
     models = pytest.importorskip("onnx_models", reason="onnx is not installed")
     models.save(Path("red.onnx"), "yolo", size=(160, 96))
     Path("red.toml").write_text('classes = ["walker", "sky"]\nscore = 0.5\n')
-    with VideoWriter(Path("still.mkv"), 25) as writer:
-        pixels = np.full((96, 160, 3), 100, np.uint8)
-        pixels[48:64, 64:80] = (230, 40, 40)
-        for _ in range(12):
-            writer.write(pixels)
+    pixels = np.full((96, 160, 3), 100, np.uint8)
+    pixels[48:64, 64:80] = (230, 40, 40)
+    write_pictures("still.mkv", [pixels] * 12)
     line = "still.mkv --detector red.onnx -o r.csv --events e.jsonl"
     code, _, error = go(f"{line} --classes walker --least 0.6")
     assert code == 0, error

@@ -17,7 +17,8 @@ from typing import Any
 
 import pytest
 
-from motes import VideoWriter, open_source
+from clips import write_pictures
+from motes import open_source
 from motes.cli.streams import _lenient
 from motes.core import interrupts
 from motes.core.interrupts import SIGNALS, Interrupt, check, deferred, raised
@@ -33,9 +34,7 @@ def test_a_closed_terminal(tmp_path: Path) -> None:
     """Nobody reads what is said then, and to say it fails."""
     film, rows, overlay = (tmp_path / name for name in ("film.mkv", "r.csv", "o.mp4"))
     pictures = [moving(index) for index in range(20)]
-    with VideoWriter(film, 25) as writer:
-        for index in range(FRAMES):
-            writer.write(pictures[index % 20])
+    write_pictures(film, itertools.islice(itertools.cycle(pictures), FRAMES))
     ours, theirs = pty.openpty()
     line = [sys.executable, "-m", "motes", "track", film, "--init", "60,30,16,30", "-o"]
     with subprocess.Popen(

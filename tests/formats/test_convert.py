@@ -11,14 +11,15 @@ import pytest
 from PIL import Image
 
 import disks
+from clips import write_pictures
 from commands import Tell, read_csv
 from motes.formats import FilmFacts, registry
 from motes.video.film import DamagedError, Film
-from motes.video.writer import VideoWriter
 from recordings import crowd, turning
 
 TRACK = "track film --preset mean_shift"
 """The quickest tracker: what is made of rows does not depend on it."""
+BLACK = np.zeros((48, 64, 3), np.uint8)
 
 
 @pytest.fixture
@@ -78,9 +79,7 @@ def test_times_that_a_file_does_not_have_are_not_told_as_lost(go: Tell) -> None:
 
 def test_frames_of_a_film_are_counted_where_its_file_does_not_say(go: Tell) -> None:
     """Its length and its rate give 26."""
-    with VideoWriter(Path("film.mkv"), 25) as writer:
-        for time in (0.0, 0.04, 0.08, 1.0):
-            writer.write(np.zeros((48, 64, 3), np.uint8), time)
+    write_pictures("film.mkv", [BLACK] * 4, times=(0.0, 0.04, 0.08, 1.0))
     Path("ten.csv").write_text("frame,left,top,width,height\n9,8,8,20,20\n")
     go.says("convert ten.csv ten.json --video film.mkv", 3, "in frame 9, but the film has 4 frames")
 
@@ -183,9 +182,7 @@ def test_a_track_ends_where_its_film_goes_on(
 ) -> None:
     """CVAT would go on with the last box; and it takes none after the film."""
     film(range(7))
-    with VideoWriter(Path("film.mkv"), 25) as writer:
-        for _ in range(7):
-            writer.write(np.asarray(Image.open("noise.png").convert("RGB")))
+    write_pictures("film.mkv", [np.asarray(Image.open("noise.png").convert("RGB"))] * 7)
     line = f"{TRACK} {options.replace('BOX', '8,6,20,16')}".replace("film", source)
     assert go(f"{line} -o run.xml")[0] == 0
     assert go(f"{line} -o run.csv")[0] == 0
@@ -321,9 +318,7 @@ def test_times_are_those_of_a_film_of_a_varying_rate(
     go: Tell, monkeypatch: pytest.MonkeyPatch, damaged: bool
 ) -> None:
     """They are read from its packets, unless its beginning is damaged."""
-    with VideoWriter(Path("film.mkv"), 50) as writer:
-        for time in VARYING:
-            writer.write(np.zeros((48, 64, 3), np.uint8), time)
+    write_pictures("film.mkv", [BLACK] * len(VARYING), 50, VARYING)
     if damaged:
 
         def first(film: Film, _: float | None) -> None:
@@ -342,9 +337,7 @@ def test_times_are_those_of_a_film_of_a_varying_rate(
 
 
 def test_times_after_the_end_of_the_film_are_refused(go: Tell) -> None:
-    with VideoWriter(Path("film.mkv"), 25) as writer:
-        for frame in range(10):
-            writer.write(np.zeros((48, 64, 3), np.uint8), frame / 25)
+    write_pictures("film.mkv", [BLACK] * 10)
     rows = ["0,0", "9,0.36", "9,1.3", "9,360"]  # the last one is in milliseconds
     for row, code in zip(rows, (0, 0, 0, 3), strict=True):
         Path("a.csv").write_text(f"frame,time,left,top,width,height\n{row},9,9,20,20\n")

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from motes import Frame, Tracker, VideoWriter, correct
+from clips import write_pictures
+from motes import Frame, Tracker, correct
 from oracles import radii
 
 FIRST = (60, 60, 30, 12, 1.4)
@@ -49,9 +50,7 @@ def test_a_tracked_angle_does_not_jump_by_half_a_turn(tmp_path: Path, start: int
 
 @pytest.mark.slow
 def test_corrected_angles_go_on_from_the_keyframe(tmp_path: Path) -> None:
-    with VideoWriter(tmp_path / "film.mkv", 25) as writer:
-        for index in range(16):
-            writer.write(picture(index))
+    write_pictures(tmp_path / "film.mkv", map(picture, range(16)))
     marks = {index: (*FIRST[:4], FIRST[4] + STEP * index) for index in (0, 15)}
     for keys in (marks, {0: marks[0]}, {15: marks[15]}):
         tracks = correct(tmp_path / "film.mkv", keys, "maggio")
