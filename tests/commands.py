@@ -34,6 +34,7 @@ class Tell:
         self._run = running(capfd, "", **names)
 
     def __call__(self, line: str) -> tuple[int, str]:
+        """Run a command."""
         code, out, error = self._run(line)
         return code, out + error
 

@@ -34,14 +34,21 @@ def aside(frames: int) -> list[float]:
     return [*PASSING[:20], *[200.0] * frames, *PASSING[20 : 40 - frames]]
 
 
-@pytest.mark.cases(
-    (PASSING, 30.0, [Occlusion(2, 1, range(5, 15), range(28, 38))]),
-    (PASSING, 45.0, [Occlusion(1, 2, range(5, 15), range(28, 38))]),  # it passes before the other
-    (PASSING, -20.0, []),  # never half covered
-    ([200.0] * FRAMES, 30.0, []),  # never touched
-    ([90.0 + 3 * f for f in range(FRAMES)], 30.0, []),  # no frames before
-    ([float("nan")] * 12 + PASSING[12:], 30.0, []),  # too few frames before
-    (aside(4), 30.0, [Occlusion(2, 1, range(5, 15), range(32, 41))]),  # no end
+@pytest.mark.parametrize(
+    ("lefts", "top", "found"),
+    [
+        (PASSING, 30.0, [Occlusion(2, 1, range(5, 15), range(28, 38))]),
+        (
+            PASSING,
+            45.0,
+            [Occlusion(1, 2, range(5, 15), range(28, 38))],
+        ),  # it passes before the other
+        (PASSING, -20.0, []),  # never half covered
+        ([200.0] * FRAMES, 30.0, []),  # never touched
+        ([90.0 + 3 * f for f in range(FRAMES)], 30.0, []),  # no frames before
+        ([float("nan")] * 12 + PASSING[12:], 30.0, []),  # too few frames before
+        (aside(4), 30.0, [Occlusion(2, 1, range(5, 15), range(32, 41))]),  # no end
+    ],
 )
 def test_occlusions(lefts: list[float], top: float, found: list[Occlusion]) -> None:
     assert occlusions_of(truth(lefts, top), FRAMES) == found

@@ -5,7 +5,7 @@ import pytest
 
 from motes import Ellipse, Status
 from motes.core.types import Floats
-from motes.correction import Coordinates, Course, join, suspects
+from motes.correction import Coordinates, Course, doubts, join
 from motes.correction.smoothing import Drift, Dynamics, fit_motion, outliers, smooth
 from motes.correction.support import support
 

@@ -286,16 +286,22 @@ def test_spaces_behind_commas_belong_to_no_title_or_value(tmp_path: Path) -> Non
     assert each.status is Status.OCCLUDED
 
 
-@pytest.mark.cases(
-    ("1,2,3,4\n", "--from otb if that is 1"),
-    ("31,5;61,5;40,0;40,0\n", "separated in two ways"),
-    ("31,5 61,5 40,0 40,0\n", "separated in two ways"),
-    ("1;1;31,5;61,5;40,0;40,0;1\n", "separated in two ways"),
-    ("frame;id;x\n", "its columns are separated by ';'"),
-    ('"frame"\t"id"\t"x"\n', r"its columns are separated by '\\t'"),
-    ('[{"image_id": 1, "category_id": 1, "bbox": [1, 2, 3, 4], "score": 0.5}]', "results of COCO"),
-    ('[{"video_id": 1, "score": 0.5, "segmentations": [null]}]', "results of COCO"),
-    ("\ufeffframe,time\n".encode("utf-16-le"), "UTF-16; save it as UTF-8"),
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("1,2,3,4\n", "--from otb if that is 1"),
+        ("31,5;61,5;40,0;40,0\n", "separated in two ways"),
+        ("31,5 61,5 40,0 40,0\n", "separated in two ways"),
+        ("1;1;31,5;61,5;40,0;40,0;1\n", "separated in two ways"),
+        ("frame;id;x\n", "its columns are separated by ';'"),
+        ('"frame"\t"id"\t"x"\n', r"its columns are separated by '\\t'"),
+        (
+            '[{"image_id": 1, "category_id": 1, "bbox": [1, 2, 3, 4], "score": 0.5}]',
+            "results of COCO",
+        ),
+        ('[{"video_id": 1, "score": 0.5, "segmentations": [null]}]', "results of COCO"),
+        ("\ufeffframe,time\n".encode("utf-16-le"), "UTF-16; save it as UTF-8"),
+    ],
 )
 def test_what_is_no_file_of_ours_is_refused_in_one_line(
     text: str | bytes, said: str, tmp_path: Path

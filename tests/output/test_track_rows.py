@@ -14,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from motes import ConfigError, Ellipse, FormatError
+from motes.core.files import check_writable
 from motes.core.track import BOX, COLUMNS, ELLIPSE, Status, Track
 from motes.rows.schema import Form, Header
 from motes.rows.writer import JournalWriter, Lines, TrackWriter

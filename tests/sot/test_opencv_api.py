@@ -11,7 +11,7 @@ from PIL import Image
 from kinds import ALGORITHMS, CONFIGS, KINDS
 from motes import BackgroundDetector, Ellipse, OpenCVTracker, Track, Tracker, draw, synthetic
 from motes.core.errors import ConfigError, SourceError
-from motes.core.frame import Frame, as_rgb
+from motes.core.frame import Frame, as_rgb, from_bgr
 from motes.core.types import Bytes
 
 CLIP = synthetic.still((160, 120), target=(30, 40), frames=3)
