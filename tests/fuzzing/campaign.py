@@ -23,8 +23,8 @@ from random import Random
 
 from .mutator import mutate
 
-HUNG = 60.0
-"""Seconds after which a process that is still at the same input is ended."""
+HUNG = 300.0
+"""Seconds after which a process that is still at the same input is ended, on a busy machine too."""
 MEMORY = 1 << 31
 """Bytes that an input may take."""
 
