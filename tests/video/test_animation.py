@@ -92,6 +92,16 @@ def test_the_other_pictures_of_a_phones_photograph_are_no_film(tmp_path: Path) -
         assert len(list(source)) == 1
 
 
+def test_values_that_are_none_of_a_picture_are_told_with_the_file(tmp_path: Path) -> None:
+    Image.fromarray(np.full((8, 8), 3.0, np.float32)).save(tmp_path / "f.tif")
+    for source in (tmp_path, tmp_path / "f.tif"):
+        with (
+            pytest.raises(SourceError, match=r"f\.tif: .* from 0 to 1; got 3 to 3"),
+            open_source(source) as frames,
+        ):
+            next(iter(frames))
+
+
 @pytest.mark.parametrize("name", ["a.png", "a.webp", "a.tiff", "gif.png"])
 def test_a_cut_animation_is_never_a_shorter_one(tmp_path: Path, name: str) -> None:
     path = save(tmp_path / name, "GIF" if "gif" in name else None, duration=40)

@@ -163,8 +163,10 @@ def readable(path: str | Path, index: int = 0) -> Iterator[None]:
             yield
     except FileNotFoundError:
         raise SourceError(f"There is no image {path}; check the name.") from None
-    except MotesError:
-        raise
+    except MotesError as error:
+        if str(path) in str(error):
+            raise
+        raise SourceError(f"{what}: {error}") from None  # its values are none of a picture
     except Image.DecompressionBombError:
         most = 2 * (Image.MAX_IMAGE_PIXELS or 0)
         raise SourceError(f"{what} is too large: more than {most} pixels; scale it down.") from None
