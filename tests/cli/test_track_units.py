@@ -89,6 +89,13 @@ def test_the_ground_and_the_lens_are_files(go: Tell) -> None:
     assert "The lens was calibrated at 640x90, and film has 120x90 pixels" in said
 
 
+def test_a_target_on_the_horizon_is_told_once(go: Tell) -> None:
+    points = "[[0, 200, 0, 200], [100, 200, 100, 200], [0, 300, 0, 150], [100, 300, 50, 150]]"
+    Path("far.toml").write_text(f"[ground]\npoints = {points}")  # its horizon is at y = 100
+    said = go.says(f"{TRACK} --ground far.toml", 0, "Frame 0: object 1 is on the horizon of the ")
+    assert said.count("horizon") == 1
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("line", "code", "message"),

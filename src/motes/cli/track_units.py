@@ -1,4 +1,4 @@
-"""Real units: their options, a check of the lens, and what is said of places."""
+"""Real units: their options, a check of the lens, and places of tracks in metres."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def check_size(units: RealUnits | None, film: str, width: int, height: int) -> N
 
 
 def placed_by(motion: GroundMotion | None, tracks: Sequence[Track]) -> Sequence[Track]:
-    """Return tracks with their places on the ground, if asked for; say when one has none."""
+    """Return tracks with places on the ground, if motion is measured; log when one has none."""
     if motion is None:
         return tracks
     before, placed = motion.note, motion.update(tracks)
