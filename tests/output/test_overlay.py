@@ -141,13 +141,16 @@ def test_a_name_has_no_accents_that_the_font_lacks() -> None:
     assert (drawn[0] == drawn[1]).all()
 
 
-def test_a_caption_covers_no_label() -> None:
-    one = replace(track(Ellipse.from_box(Box(-100, -100, 150, 150))), identity=1)
-    counts = [
-        np.count_nonzero(near(draw_scene(gray(), [one], caption=caption), color_of(1), 0))
-        for caption in ((), "0:00")
-    ]
-    assert counts[0] == counts[1]
+def test_a_caption_and_a_label_do_not_cover_each_other() -> None:
+    one = replace(track(Ellipse.from_box(Box(-100, -100, 150, 150))), identity=1, label="walker")
+    label, caption, both = (
+        draw_scene(gray(), tracks, caption=text)
+        for tracks, text in (([one], ()), ([], "0:00"), ([one], "0:00"))
+    )
+    white = (255, 255, 255)
+    for color, within, alone in ((color_of(1), 0, label), (white, 60, caption)):
+        shown = np.count_nonzero(near(alone, color, within))
+        assert shown == np.count_nonzero(near(both, color, within)) > 0
 
 
 def test_a_caption_may_be_one_text_and_a_note_a_number() -> None:

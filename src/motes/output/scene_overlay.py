@@ -118,7 +118,7 @@ def draw_scene(
         left, top = _rounded(np.array([each.box[:2]]))
         x = min(max(left, 0), image.width - right)
         for n in range(PLACES):  # above the box, or lower if another label is there
-            y = min(max(top - line + (n - 1) * bottom, 0), image.height - bottom)
+            y = min(max(top - line - bottom, 0) + n * bottom, image.height - bottom)
             if not _meets((x, y, x + right, y + bottom), taken):
                 break
         taken = np.vstack([taken, (x, y, x + right, y + bottom)])
