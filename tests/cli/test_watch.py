@@ -1,6 +1,7 @@
 """motes watch, from the outside."""
 
 import json
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -134,6 +135,11 @@ def test_events_in_a_file_are_in_the_order_of_frames(tmp_path: Path) -> None:
     assert written == sorted(written)
     came = [event.frame for moment in moments for event in moment.events]
     assert sorted(came) == written != came
+    so_far = Counter[str]()
+    for moment in moments:
+        so_far.update(event.total for event in moment.events if event.total)
+        assert {name: count for name, count in moment.totals.items() if count} == so_far
+    assert so_far
 
 
 def test_nor_does_an_interrupt_while_a_frame_is_written() -> None:
@@ -141,6 +147,7 @@ def test_nor_does_an_interrupt_while_a_frame_is_written() -> None:
     assert [next(moments).frame.index for _ in range(3)] == [0, 1, 2]
     last = moments.throw(KeyboardInterrupt())
     assert (last.frame.index, [event.event for event in last.events]) == (3, ["crosses"])
+    assert last.totals[last.events[0].total] == 1
     with pytest.raises(KeyboardInterrupt):
         next(moments)
 
