@@ -1,6 +1,8 @@
 """The default tracker: on every kind of target, behind things, out of the frame and back."""
 
 import math
+from io import BytesIO
+from itertools import islice
 from types import SimpleNamespace
 from typing import Any
 
@@ -19,7 +21,8 @@ from motes.sot.discriminative.localization import WindowEstimate, localize
 from motes.sot.discriminative.placing import TURN, Found, turned
 from motes.sot.discriminative.prediction import Transition
 from motes.sot.discriminative.redetection import Redetection
-from motes.sot.discriminative.standing import Rival, Standing
+from motes.sot.discriminative.standing import DECIDED, Rival, Standing
+from motes.synthetic.pitch import Pitch
 from motes.synthetic.street import Street
 from textured import blocks
 
@@ -246,14 +249,13 @@ def estimate(place: Ellipse, evidence: float) -> Any:
 @pytest.mark.parametrize(
     ("here", "there", "transition", "wins"),
     [
-        (1.0, 2.5, None, True),  # nothing is known of its motion
-        (1.0, 2.5, Transition(50.0, 50.0, 2.0), False),  # it would be a leap
-        (1.0, 2.5, Transition(50.0, 50.0, 200.0), True),  # as it may be where motion is erratic
-        (1.0, 4.5, Transition(50.0, 50.0, 2.0), True),  # the evidence is clear
-        (-1.0, 1.5, Transition(50.0, 50.0, 2.0), True),  # it is not where it was expected
+        (0.1, 4.5, None, False),  # what is followed looks like the target: the other is a neighbor
+        (0.1, 4.5, Transition(50.0, 50.0, 200.0), False),
+        (0.0, 1.5, None, True),  # it does not any more
+        (-1.0, 0.5, Transition(50.0, 50.0, 2.0), True),  # it is not where it was expected
     ],
 )
-def test_a_leap_needs_more_evidence_where_the_target_may_be_as_expected(
+def test_a_rival_wins_only_where_the_target_is_seen_no_more(
     here: float,
     there: float,
     transition: Transition | None,
@@ -268,6 +270,35 @@ def test_a_leap_needs_more_evidence_where_the_target_may_be_as_expected(
     )  # fmt: skip
     assert (found.look.pose == THERE) is wins
     assert found.rival.alive is not wins
+
+
+@pytest.mark.parametrize(
+    ("sigma", "lead"),
+    [(2.0, -DECIDED), (40.0, -0.5), (400.0, -0.005)],  # it is the likelier the more erratic
+)
+def test_a_rival_begins_with_the_odds_of_a_leap(
+    sigma: float, lead: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(placing, "localize", lambda *_: estimate(THERE, 1.5))
+    state: Any = SimpleNamespace(rival=Rival(HERE))
+    found = placing._compare(
+        Discriminative(), np.random.default_rng(0), state, FRAME, estimate(HERE, 1.0),
+        np.zeros(2), [THERE], Transition(50.0, 50.0, sigma),
+    )  # fmt: skip
+    assert found.rival.lead == pytest.approx(lead + 0.5)
+
+
+def test_a_team_mate_does_not_take_over() -> None:
+    """Before and behind each other in a film of few details, where they look alike."""
+    tracker, overlaps = Tracker(), []
+    for frame, (truth, *_) in islice(Pitch(), 20, 65):
+        jpeg = BytesIO()
+        Image.fromarray(frame.pixels).save(jpeg, "JPEG", quality=4)
+        frame = Frame(frame.index, frame.time, np.array(Image.open(jpeg)))
+        place = truth.ellipse
+        track = tracker.update(frame) if overlaps else tracker.init(frame, place)
+        overlaps.append(float(iou(track.box, place.box)))
+    assert min(overlaps) > 0.5
 
 
 def test_the_search_finds_what_looks_like_the_first_region(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -74,11 +74,12 @@ def _compare(
     proposals: list[Ellipse],
     transition: Transition | None,
 ) -> Found:
-    """Return the place that has more evidence so far: that of a window, or its rival's.
+    """Return a window's place, or its rival's, if that has more evidence so far.
 
     The rival is followed from frame to frame. Without one, it is the proposal with the most
     evidence that is elsewhere. It begins with the log odds of such a leap, if the target may
-    as well be where it was expected.
+    as well be where it was expected. It wins only where the target is not: as long as what is
+    followed looks like the target, another place that does is a neighbor's.
     """
     rival = state.rival
     if rival.alive:
@@ -102,7 +103,7 @@ def _compare(
             leap = transition.log_density(np.array(other.pose[:2]))
             rival = rival._replace(lead=max(float(leap), -DECIDED))
     rival = rival.after(other.pose, other.evidence - look.evidence)
-    if rival.wins:
+    if rival.wins and look.evidence <= 0:
         return Found(other, Rival(other.pose))
     return Found(look, Rival(look.pose) if rival.loses else rival)
 
