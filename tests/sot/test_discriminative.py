@@ -290,7 +290,7 @@ def test_a_rival_begins_with_the_odds_of_a_leap(
 
 def test_a_team_mate_does_not_take_over() -> None:
     """Before and behind each other in a film of few details, where they look alike."""
-    tracker, overlaps = Tracker(), []
+    tracker, overlaps = Tracker(), list[float]()
     for frame, (truth, *_) in islice(Pitch(), 20, 65):
         jpeg = BytesIO()
         Image.fromarray(frame.pixels).save(jpeg, "JPEG", quality=4)
