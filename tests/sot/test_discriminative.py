@@ -263,7 +263,8 @@ def test_a_rival_wins_only_where_the_target_is_seen_no_more(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(placing, "localize", lambda *_: estimate(THERE, there))
-    state: Any = SimpleNamespace(rival=Rival(HERE))
+    monkeypatch.setattr(Redetection, "log_odds", lambda *_: 0.0)
+    state: Any = SimpleNamespace(rival=Rival(HERE), appearance=None)
     found = placing._compare(
         Discriminative(), np.random.default_rng(0), state, FRAME, estimate(HERE, here),
         np.zeros(2), [THERE], transition,
@@ -301,30 +302,63 @@ def test_a_team_mate_does_not_take_over() -> None:
     assert min(overlaps) > 0.5
 
 
-def test_the_search_finds_what_looks_like_the_first_region(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Two cars of one shape, as likely by all other voices; the red one was there first."""
-    red, black = Ellipse(40.0, 50.0, 12.0, 8.0), Ellipse(100.0, 50.0, 12.0, 8.0)
+RED, BLACK = Ellipse(40.0, 50.0, 12.0, 8.0), Ellipse(100.0, 50.0, 12.0, 8.0)
+
+
+@pytest.fixture
+def cars() -> tuple[Discriminative, Frame, Any]:
+    """Return two cars of one shape; the red one was there first, the black one is followed."""
     pixels = np.full((100, 150, 3), 120, np.uint8)
     pixels[42:59, 28:53], pixels[42:59, 88:113] = (200, 30, 30), (20, 20, 30)
     frame, redetection = Frame(0, 0.0, pixels), Redetection()
-    appearance = redetection.updated(redetection.learn(frame, red), frame, red, 0.05)
-    lost: Any = SimpleNamespace(
+    appearance = redetection.updated(redetection.learn(frame, RED), frame, RED, 0.05)
+    state = SimpleNamespace(
         appearance=appearance,
         search_particles=np.empty((0, 5)),
-        ellipse=black,
+        ellipse=BLACK,
         standing=Standing(missed=5),
     )
+    return Discriminative(particles=100, redetection=redetection), frame, state
+
+
+@pytest.mark.parametrize(("there", "clear"), [(RED, True), (BLACK, False)])
+def test_the_search_finds_what_looks_like_the_first_region(
+    there: Ellipse, clear: bool, cars: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As likely by all other voices."""
+    config, frame, lost = cars
 
     def seen(place: Ellipse, evidence: float) -> Any:
         return WindowEstimate(place, *[None] * 6, place, *[None] * 3, evidence)  # type: ignore
 
-    for there, clear in ((red, True), (black, False)):
-        monkeypatch.setattr(placing, "localize", lambda *_, there=there: seen(there, 2.0))
-        config = Discriminative(particles=100, redetection=redetection)
-        before = Found(seen(HERE, -1.0), Rival(HERE))
-        found = placing.search(config, np.random.default_rng(0), lost, frame, before)
-        assert found.jumped is clear
-        assert found.look.pose == (red if clear else HERE)
+    monkeypatch.setattr(placing, "localize", lambda *_: seen(there, 2.0))
+    before = Found(seen(HERE, -1.0), Rival(HERE))
+    found = placing.search(config, np.random.default_rng(0), lost, frame, before)
+    assert found.jumped is clear
+    assert found.look.pose == (there if clear else HERE)
+
+
+@pytest.mark.parametrize(
+    ("here", "there", "evidence", "wins"),
+    [
+        (RED, BLACK, 2.0, False),
+        (HERE._replace(y=15.0), THERE._replace(y=15.0), 2.0, True),  # neither does
+        (BLACK, RED, 2.0, True),
+        (BLACK, RED, 0.5, False),  # the histograms alone do not decide
+    ],
+)
+def test_a_rival_has_to_look_like_the_first_region(
+    here: Ellipse, there: Ellipse, evidence: float, wins: bool, cars: Any,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    config, frame, state = cars
+    state.rival = Rival(here)
+    monkeypatch.setattr(placing, "localize", lambda *_: estimate(there, evidence))
+    found = placing._compare(
+        config, np.random.default_rng(0), state, frame, estimate(here, 0.0),
+        np.zeros(2), [there], None,
+    )  # fmt: skip
+    assert (found.look.pose == there) is wins
 
 
 def test_fewer_particles_where_the_place_is_clear() -> None:

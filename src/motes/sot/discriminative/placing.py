@@ -79,7 +79,8 @@ def _compare(
     The rival is followed from frame to frame. Without one, it is the proposal with the most
     evidence that is elsewhere. It begins with the log odds of such a leap, if the target may
     as well be where it was expected. It wins only where the target is not: as long as what is
-    followed looks like the target, another place that does is a neighbor's.
+    followed looks like the target, another place that does is a neighbor's. And it has to win
+    with the voice of the first region's histograms, too, as what the search finds.
     """
     rival = state.rival
     if rival.alive:
@@ -104,7 +105,12 @@ def _compare(
             rival = rival._replace(lead=max(float(leap), -DECIDED))
     rival = rival.after(other.pose, other.evidence - look.evidence)
     if rival.wins and look.evidence <= 0:
-        return Found(other, Rival(other.pose))
+        there, here = (
+            config.redetection.log_odds(state.appearance, frame, each.pose)
+            for each in (other, look)
+        )
+        if rival.after(other.pose, there - here).wins:
+            return Found(other, Rival(other.pose))
     return Found(look, Rival(look.pose) if rival.loses else rival)
 
 

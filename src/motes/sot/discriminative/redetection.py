@@ -5,8 +5,9 @@ histogram (Ng and Delp, section 3.2) of the target's first region. Among 400 pla
 these rank the target first far more often than the color posterior does, and they also work
 without color. The histogram of gradient directions shows by how much the target is turned.
 
-The same histograms have a voice about what the search finds. While the target is followed from
-frame to frame they have none, since it may be half hidden or in another light.
+The same histograms have a voice about what the search finds, and about a rival that is to take the
+target's place. While the target is followed from frame to frame they have none, since it may be
+half hidden or in another light.
 """
 
 from __future__ import annotations
