@@ -1,6 +1,7 @@
 """The default tracker: on every kind of target, behind things, out of the frame and back."""
 
 import math
+import weakref
 from io import BytesIO
 from itertools import islice
 from types import SimpleNamespace
@@ -327,12 +328,17 @@ def test_the_search_finds_what_looks_like_the_first_region(
 ) -> None:
     """As likely by all other voices."""
     config, frame, lost = cars
+    windows = list[weakref.ref[Any]]()
 
     def seen(place: Ellipse, evidence: float) -> Any:
-        return WindowEstimate(place, *[None] * 6, place, *[None] * 3, evidence)  # type: ignore
+        window = np.zeros((1, 1, 1), np.float32)
+        windows.append(weakref.ref(window))
+        assert sum(each() is not None for each in windows) <= 2  # the best one's, and a new one's
+        return WindowEstimate(place, window, *[None] * 5, place, *[None] * 3, evidence)  # type: ignore
 
     monkeypatch.setattr(placing, "localize", lambda *_: seen(there, 2.0))
     before = Found(seen(HERE, -1.0), Rival(HERE))
+    windows.clear()
     found = placing.search(config, np.random.default_rng(0), lost, frame, before)
     assert found.jumped is clear
     assert found.look.pose == (there if clear else HERE)

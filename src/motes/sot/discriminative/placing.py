@@ -164,12 +164,14 @@ def search(
     searchers, places = config.redetection.step(
         rng, state.appearance, searchers, frame, last, state.standing.missed + 1
     )
-    looks = []
-    for place in places:
+
+    def judged(place: Ellipse) -> WindowEstimate:
         look = localize(config, rng, state, frame, place, found.look.sights)
         likeness = config.redetection.log_odds(state.appearance, frame, look.pose)
-        looks.append(replace(look, evidence=look.evidence + likeness))
-    best = max(looks, key=lambda look: look.evidence)
+        return replace(look, evidence=look.evidence + likeness)
+
+    # One after the other: a look has a megabyte of windows and transforms.
+    best = max(map(judged, places), key=lambda look: look.evidence)
     if best.evidence > max(found.look.evidence, DECIDED):
         return Found(best, Rival(best.pose), True, searchers)
     return found._replace(searchers=searchers)
