@@ -78,9 +78,10 @@ docs: ready
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --config-file lab/mkdocs.yml
 	@echo "Open site/index.html"
 
-# The pictures of the gallery, of the README and of the studio: these need Chromium.
+# The pictures of the gallery, of the README, of other pages and of the studio: some need Chromium.
 gallery: ready
 	$(BIN)/python docs/generate/gallery.py
+	$(BIN)/python docs/generate/gallery_pages.py
 	$(BIN)/python docs/generate/studio_pictures.py
 
 # Outputs of whole commands, to the byte: before code moves, and after. They are kept by --keep.

@@ -17,6 +17,8 @@ from pages import blocks
 ROOT = Path(__file__).parent.parent
 KINDS = ParticleFilter, Discriminative, MeanShift, WatchConfig
 PAGES = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md"), *(ROOT / "lab/docs").rglob("*.md")]
+WITHOUT_PICTURE = {"api", "architecture", "gallery"}
+"""Pages about code, and one that is pictures below its first heading."""
 CALLED = {"motion.propagate", "motion.ellipses", "likelihood.log", "fusion.fuse"}
 """Methods, not keys."""
 LOADED = {"script", "img", "iframe", "source", "video", "audio", "embed", "object", "link"}
@@ -96,6 +98,12 @@ def test_pages_link_to_files_of_the_repository(page: Path) -> None:
     text = page.read_text(encoding="utf-8")
     for link in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", text):
         assert (page.parent / link).exists(), link
+
+
+def test_pages_open_with_a_picture() -> None:
+    for page in (ROOT / "docs").rglob("*.md"):
+        opening = page.read_text(encoding="utf-8").partition("\n## ")[0]
+        assert "![" in opening or page.stem in WITHOUT_PICTURE, page
 
 
 def test_named_configuration_keys_exist() -> None:
