@@ -29,9 +29,9 @@ from motes.cues.color import ColorModel
 from motes.cues.structure_tensor import OrientationModel, filters_of
 from motes.kernels.structures import Counts, Floats, Reading, Window
 from motes.sot import particle_filter
+from motes.sot.algorithm import StepInfo
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import preset
-from motes.sot.step_info import StepInfo
 from motes.synthetic.clips import still
 from motes_lab.report import markdown
 from motes_lab.report.tables import NO_VALUE, Cell, Table, number

@@ -24,7 +24,7 @@ from motes.core.errors import ConfigError, FormatError, PluginError
 from motes.cues.base import CUES
 from motes.cues.color import Color
 from motes.formats.registry import FORMATS
-from motes.mot.pipeline_config import DETECTORS, WatchConfig, named_detector
+from motes.mot.scene_config import DETECTORS, WatchConfig, named_detector
 from motes.sot.discriminative.expert import EXPERTS
 from motes.sot.filtering.motion import MOTIONS
 from motes.testing import check_cue, check_detector, check_expert, check_motion

@@ -11,7 +11,7 @@ import pytest
 
 from motes import Discriminative, MeanShift, ParticleFilter, configure, preset
 from motes.core.config_keys import all_keys, keys
-from motes.mot.pipeline_config import WatchConfig
+from motes.mot.scene_config import WatchConfig
 from pages import blocks
 
 ROOT = Path(__file__).parent.parent

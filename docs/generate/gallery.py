@@ -22,7 +22,7 @@ from motes.mot.analytics.regions import Line, Regions
 from motes.mot.detection.background import BackgroundDetector
 from motes.output.overlay import draw, font
 from motes.output.scene_overlay import draw_scene
-from motes.sot.step_info import StepInfo
+from motes.sot.algorithm import StepInfo
 from motes.synthetic import Clip, Truth
 from motes.synthetic.painted_film import PaintedFilm
 

@@ -19,7 +19,7 @@ import motes
 from motes.cli.app import commands
 from motes.cli.exit_codes import EXIT_CODES
 from motes.core.config_keys import Key, keys, summary
-from motes.mot.pipeline_config import WatchConfig
+from motes.mot.scene_config import WatchConfig
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.mean_shift import MeanShift
 from motes.sot.particle_filter import ParticleFilter

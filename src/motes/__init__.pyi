@@ -12,7 +12,6 @@ from . import (
 from . import (
     testing as testing,
 )
-from .core.adapters import as_detections as as_detections
 from .core.config import Config as Config
 from .core.detection import (
     Detection as Detection,
@@ -23,6 +22,7 @@ from .core.detection import (
 from .core.detection import (
     DetectorConfig as DetectorConfig,
 )
+from .core.detection import as_detections as as_detections
 from .core.errors import (
     ConfigError as ConfigError,
 )
@@ -47,11 +47,11 @@ from .core.geometry import Ellipse as Ellipse
 from .core.track import Status as Status
 from .core.track import Track as Track
 from .correction.correct import correct as correct
+from .correction.correct import refine as refine
 from .correction.correct import smooth as smooth
 from .correction.doubts import Doubt as Doubt
 from .correction.doubts import doubts as doubts
 from .correction.keyframes import read_keyframes as read_keyframes
-from .correction.refine import refine as refine
 from .mot.analytics.events import Event as Event
 from .mot.analytics.events import EventCounter as EventCounter
 from .mot.analytics.ground_plane import Ground as Ground
@@ -96,14 +96,15 @@ from .output.scene_overlay import draw_scene as draw_scene
 from .rows.reader import read_track as read_track
 from .rows.writer import TrackWriter as TrackWriter
 from .sot.algorithm import Algorithm as Algorithm
+from .sot.algorithm import StepInfo as StepInfo
 from .sot.batch import Trackers as Trackers
 from .sot.discriminative.tracker import Discriminative as Discriminative
 from .sot.known_target import KnownTarget as KnownTarget
+from .sot.known_target import Place as Place
+from .sot.known_target import load_places as load_places
 from .sot.mean_shift import MeanShift as MeanShift
 from .sot.opencv_api import OpenCVTracker as OpenCVTracker
 from .sot.particle_filter import ParticleFilter as ParticleFilter
-from .sot.places import Place as Place
-from .sot.places import load_places as load_places
 from .sot.presets import (
     PRESETS as PRESETS,
 )
@@ -116,7 +117,6 @@ from .sot.presets import (
 from .sot.presets import (
     preset as preset,
 )
-from .sot.step_info import StepInfo as StepInfo
 from .sot.tracker import Tracker as Tracker
 from .video.image_files import read_image as read_image
 from .video.sources import Source as Source

@@ -24,7 +24,7 @@ from commands import Go, read_csv, running
 from motes import Ellipse, Frame, Source, SourceError, StepInfo, Tracker, open_source, synthetic
 from motes.cli import Moment, main
 from motes.cli.app import commands
-from motes.cli.help import Help
+from motes.cli.option_groups import Help
 from motes.cli.track_frames import ObjectsTally, TargetTally
 from motes.core.track import COLUMNS, Status, Track
 from motes.rows.schema import FrameRow

@@ -8,7 +8,7 @@ import pytest
 
 from motes.cli import main
 from motes.core.config import from_dict
-from motes.mot.pipeline_config import WatchConfig
+from motes.mot.scene_config import WatchConfig
 from motes.sot.presets import DESCRIPTIONS, PRESETS, TrackerConfig, preset
 
 Go = Callable[[str], tuple[int, str, str]]

@@ -11,7 +11,7 @@ from PIL import Image
 
 from commands import Tell
 from motes.cli import main
-from motes.formats import runs
+from motes.formats import masks
 
 SIZE = (120, 160)
 TRACK = "track film --init 40,40,41,41 --preset mean_shift -o rows.csv"
@@ -56,7 +56,7 @@ def test_a_folder_and_a_document(go: Tell) -> None:
     document = json.loads(Path("masks.json").read_text())
     last = document["annotations"][-1]
     assert last["segmentation"]["size"] == list(SIZE)
-    assert (runs.decode(last["segmentation"]["counts"], *SIZE) == found).all()
+    assert (masks.decode(last["segmentation"]["counts"], *SIZE) == found).all()
     assert last["area"] == found.sum()
     assert document["categories"][0]["name"] == "cross"
     assert go("convert masks.json again.json")[0] == 0

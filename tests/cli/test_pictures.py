@@ -9,7 +9,7 @@ from PIL import Image
 from motes import Frame, Status
 from motes.cli import Moment, main
 from motes.cli.pictures import Paths
-from motes.output.path_pictures import heatmap
+from motes.output.scene_overlay import heatmap
 from motes.output.slit_scan import COLORS, COLUMNS, MARGIN, SCALE, SIDE, SlitScan
 from red_box import walk
 from sightings import seen

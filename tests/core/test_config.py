@@ -17,10 +17,9 @@ from msgspec import Meta
 import motes
 from kinds import CONFIGS
 from motes import ConfigError, MeanShift, ParticleFilter, Place, Regions
-from motes.cli.settings import value_of
+from motes.cli.load_config import value_of
 from motes.core.config import Config, Count, Positive, Share, from_dict, from_toml
-from motes.core.config_keys import meanings
-from motes.core.type_words import words
+from motes.core.config_keys import meanings, words
 from motes.cues.color import Color
 from motes.cues.gradients import Hog
 from motes.cues.sampling import EveryPixel, Lattice

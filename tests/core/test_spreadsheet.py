@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from motes.core.geometry import Ellipse
-from motes.core.spreadsheet import MARKS, guarded, unguarded
+from motes.core.labels import MARKS, guarded, unguarded
 from motes.formats import registry
 from motes.formats.recording import Recording, placed
 from motes_fleet.cluster import state

@@ -18,7 +18,7 @@ from PIL import Image
 from crowds import trackeval
 from motes.core.geometry import Ellipse, area, clipped
 from motes.core.track import Status
-from motes.formats import registry, runs
+from motes.formats import masks, registry
 from motes.formats.recording import FilmFacts, Recording, placed
 
 WIDTH, HEIGHT, FRAMES = 320, 240, 13
@@ -260,12 +260,12 @@ def test_cocos_own_tool_reads_masks() -> None:
         for share in (0.0, 0.03, 0.5, 1.0):
             mask = rng.random(shape) < share
             theirs = tool.encode(np.asfortranarray(mask.astype(np.uint8)))["counts"].decode()
-            assert runs.encode(mask) == theirs
-            assert (runs.decode(theirs, *shape) == mask).all()
+            assert masks.encode(mask) == theirs
+            assert (masks.decode(theirs, *shape) == mask).all()
     big = np.zeros((1080, 1920), bool)
     big[200:900, 300:1700] = True
     assert (
-        runs.encode(big) == tool.encode(np.asfortranarray(big.astype(np.uint8)))["counts"].decode()
+        masks.encode(big) == tool.encode(np.asfortranarray(big.astype(np.uint8)))["counts"].decode()
     )
 
 

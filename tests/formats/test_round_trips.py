@@ -16,13 +16,13 @@ from hypothesis import strategies as st
 from msgspec import structs
 
 from motes import ConfigError, Ellipse, FormatError, SourceError
-from motes.core.spreadsheet import unguarded
+from motes.core.labels import unguarded
 from motes.core.track import COLUMNS, Status
 from motes.formats import registry
-from motes.formats.aspects import ANGLES, CLASSES, CONFIDENCES, HIDDEN, aspects
+from motes.formats.keyframes import keyframes
 from motes.formats.recording import FilmFacts, Recording, placed
 from motes.formats.shapes import box_of_rectangle
-from motes.formats.thinning import keyframes
+from motes.formats.visibility import ANGLES, CLASSES, CONFIDENCES, HIDDEN, aspects
 from motes.rows.schema import FrameRow
 from recordings import FACTS, crowd, turning
 

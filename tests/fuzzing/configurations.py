@@ -3,7 +3,7 @@
 from functools import cache
 
 from motes.core.config import from_dict, from_toml, merge
-from motes.mot.pipeline_config import WatchConfig
+from motes.mot.scene_config import WatchConfig
 from motes.sot import presets
 from motes_lab.adapters.registry import tracker_spec
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from motes import Box, Ellipse, EventCounter, Frame, Ground, Regions, Status, Track
-from motes.sot.places import boxes_of, load_places
+from motes.sot.known_target import boxes_of, load_places
 from motes_fleet.cameras.camera_report import CameraReport, ObjectReport
 from motes_fleet.cameras.reidentification import CrossCameraAssociation
 from motes_fleet.cameras.rig_config import Rig

@@ -15,7 +15,7 @@ from motes.core.detection import Detection, best
 from motes.core.errors import ConfigError, MissingDependencyError
 from motes.core.geometry import Box, iou
 from motes.mot.detection.custom import CustomDetector
-from motes.mot.pipeline_config import named_detector
+from motes.mot.scene_config import named_detector
 from oracles import sequence
 
 EMPTY = Frame(0, 0.0, np.zeros((80, 100, 3), np.uint8))

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, iou
 from motes.mot.detection.lookalike import LIMIT, LookalikeConfig, LookalikeDetector
-from motes.mot.pipeline_config import lookalike_detector
+from motes.mot.scene_config import lookalike_detector
 from motes_lab.papers.zhao_pei_team import Team
 from motes_lab.papers.zhao_pei_team import team as follow_team
 

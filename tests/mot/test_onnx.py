@@ -11,7 +11,7 @@ pytest.importorskip("onnxruntime", reason="onnxruntime is not installed")
 
 from motes import ConfigError, Detection, Frame, OnnxConfig, OnnxDetector, SourceError
 from motes.mot.detection.onnx_heads import KINDS, Boxes, decoded, suppressed
-from motes.mot.pipeline_config import named_detector
+from motes.mot.scene_config import named_detector
 from onnx_models import save
 
 RED, BLUE, GRAY = (255, 20, 20), (10, 10, 250), (60, 60, 60)

@@ -8,8 +8,7 @@ from motes.core.types import Floats
 from motes.mot import assignment, overlaps, pairs
 from motes.mot.assignment import assign, assign_pairs
 from motes.mot.association import PART, near
-from motes.mot.boxes import inscribed, intersection_over_first
-from motes.mot.overlaps import without_duplicates
+from motes.mot.overlaps import inscribed, intersection_over_first, without_duplicates
 from motes.mot.pairs import candidates, meeting
 
 

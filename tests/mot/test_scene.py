@@ -17,8 +17,7 @@ from motes import BackgroundDetector, Detection, Detector, Frame, Scene, Status,
 from motes.core.errors import ConfigError, SourceError
 from motes.core.geometry import Box, iou
 from motes.mot import track_initiation
-from motes.mot.boxes import as_rows
-from motes.mot.overlaps import occlusion_candidates
+from motes.mot.overlaps import as_rows, occlusion_candidates
 from motes.mot.scene_config import DetectionSelection, Initiation, SceneConfig, scene_config
 from motes.mot.stages.associate import split_merged_blob
 from motes.mot.track_initiation import SCORES, TrackInitiation

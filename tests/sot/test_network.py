@@ -14,8 +14,7 @@ pytest.importorskip("onnxruntime", reason="onnxruntime is not installed")
 import onnx_trackers
 from motes import Box, ConfigError, Ellipse, Frame, SourceError
 from motes.sot.network.network import Network
-from motes.sot.network.region import Region, mean_color, read
-from motes.sot.network.view import Choice, NetworkView
+from motes.sot.network.view import Choice, NetworkView, Region, mean_color, read
 from motes.sot.network.vit import DEVIATION, MEAN
 
 RED, GRAY = (210, 40, 30), (90, 90, 90)

@@ -28,8 +28,8 @@ from motes.sot.filtering.resampling import (
     Weights,
     mean_ellipse,
 )
+from motes.sot.known_target import scatter
 from motes.sot.particle_state import FilterState
-from motes.sot.places import scatter
 from motes.sot.presets import ADAPTIVE, NUMMIARO, ZHAO_PEI
 from oracles import frame, moments, region, scene
 

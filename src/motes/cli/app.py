@@ -9,7 +9,7 @@ from cyclopts import App
 
 from motes import __version__
 from motes.cli.exit_codes import EXIT_CODES
-from motes.cli.help import Help
+from motes.cli.option_groups import Help
 from motes.cli.parts import missing
 from motes.core.errors import PluginError
 from motes.core.registry import Registry

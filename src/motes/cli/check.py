@@ -14,8 +14,8 @@ from motes.cli.exit_codes import DONE
 from motes.cli.frame_loop import FrameProgress
 from motes.cli.input_checks import check_counts, check_not_source, point_out_unfinished
 from motes.cli.known_run import TrackerOptions, corrected_run
+from motes.cli.load_config import TRACKER_HELP
 from motes.cli.option_groups import OUTPUT, FileName, Identity, OutputFile, Overwrite, Whole
-from motes.cli.settings import TRACKER_HELP
 from motes.cli.streams import log
 from motes.core.errors import FormatError
 from motes.core.files import check_writable, write_whole, writing

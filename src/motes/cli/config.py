@@ -49,7 +49,7 @@ def config(
     if preset is None and not watch:
         print("\n".join(_presets()))
         return DONE
-    from motes.mot.pipeline_config import WatchConfig
+    from motes.mot.scene_config import WatchConfig
     from motes.sot import presets
 
     name = preset or "nummiaro:adaptive"

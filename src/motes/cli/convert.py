@@ -16,6 +16,8 @@ from motes.cli.input_checks import (
     check_guesses,
     check_keyframe_error,
     check_not_source,
+    check_place,
+    format_of,
     point_out_leftovers,
     point_out_unfinished,
 )
@@ -106,11 +108,11 @@ def convert(
     identity
         Take only the object with this identity.
     """
-    from motes.cli.outputs import check_place, format_of, guesses_told, say_how_to_train, unseen
+    from motes.cli.outputs import guesses_told, say_how_to_train, unseen
     from motes.correction.history import History, check_beside, hand_on
     from motes.formats import mot, registry
-    from motes.formats.aspects import CLASSES, TIMES, aspects
     from motes.formats.recording import LABEL
+    from motes.formats.visibility import CLASSES, TIMES, aspects
     from motes.video.image_files import IMAGE_ENDINGS
 
     if list_:
@@ -314,8 +316,8 @@ def _measured(recorded: Recording, plane: RealUnits, form: str) -> Recording:
     """
     from motes.core.track import GROUND
     from motes.formats import registry
-    from motes.formats.aspects import OTHERS
     from motes.formats.recording import ANONYMOUS
+    from motes.formats.visibility import OTHERS
     from motes.mot.analytics.real_units import motion_in_hindsight
 
     if OTHERS not in registry.FORMATS.resolve(form).holds:

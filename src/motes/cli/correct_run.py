@@ -12,14 +12,13 @@ from motes.cli.streams import log
 from motes.core.errors import MotesError
 from motes.core.interrupts import deferred
 from motes.core.track import Track
-from motes.correction.correct import passes_over, reader_of
+from motes.correction.correct import changed, passes_over, reader_of
 from motes.correction.history import History
 from motes.correction.join import Stretch
 from motes.correction.keyframes import check_keyframes
 from motes.correction.passes import Course
-from motes.correction.refine import changed
 from motes.correction.rows import KnownRows
-from motes.sot.step_info import StepInfo
+from motes.sot.algorithm import StepInfo
 from motes.video.film import Film
 
 

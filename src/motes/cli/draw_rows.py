@@ -31,7 +31,7 @@ from motes.mot.analytics.real_units import (
 )
 from motes.mot.analytics.regions import Regions
 from motes.rows.schema import FrameRow
-from motes.sot.step_info import StepInfo
+from motes.sot.algorithm import StepInfo
 from motes.video.film import Film
 from motes.video.sources import Source
 

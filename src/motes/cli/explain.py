@@ -61,7 +61,7 @@ def _wrong_option(error: CycloptsError, program: str) -> str:
     if isinstance(error, UnknownOptionError | UnusedCliTokensError) and (late := _late(error)):
         return f"After -- come names only, and {late} is an option; write it before --."
     if isinstance(error, UnknownOptionError):
-        from motes.cli.settings import is_key
+        from motes.cli.load_config import is_key
 
         flag = error.token.keyword or error.token.value
         key = flag.lstrip("-").replace("-", "_")

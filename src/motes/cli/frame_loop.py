@@ -19,7 +19,7 @@ from motes.core.interrupts import check, deferred
 from motes.core.track import Track
 from motes.mot.analytics.event import Event
 from motes.rows.schema import FrameRow
-from motes.sot.step_info import StepInfo
+from motes.sot.algorithm import StepInfo
 from motes.video.film import Film
 from motes.video.newest import Newest
 from motes.video.prefetch import prefetch

@@ -16,13 +16,15 @@ from motes.cli.streams import log
 from motes.core import labels
 from motes.core.addresses import parts_of
 from motes.core.errors import ConfigError, FormatError
-from motes.core.files import leftovers, same_file
+from motes.core.files import check_writable, leftovers, same_file
 from motes.rows.schema import FORMS
 
 if TYPE_CHECKING:
     from motes.cli.option_groups import OutputOptions
     from motes.correction.history import History
 
+STREAMED = ("csv", "jsonl", "mot")
+"""Formats that grow row by row; all others are made at the end."""
 MOST = 1_000_000
 """Largest number of seeds, rendered frames or rounds; more would take days."""
 REGION = "x,y,width,height", "x,y,a,b,theta"
@@ -95,7 +97,6 @@ def checked_output(source: str, outputs: OutputOptions, others: Sequence[str | P
     Rows without -o have a name of their own if nothing else is made. Raises a ConfigError if an
     output is the source or another output, or options contradict each other.
     """
-    from motes.cli.outputs import is_document
     from motes.rows.schema import journal_of
 
     output = outputs.output
@@ -106,11 +107,66 @@ def checked_output(source: str, outputs: OutputOptions, others: Sequence[str | P
     check_guesses(output, outputs.format, wanted=outputs.with_guesses)
     names = (output, outputs.overlay, *others)
     files = [Path(name) for name in names if name is not None and name != "-"]
-    if output is not None and is_document(output, outputs.format):
-        files.append(journal_of(output))
+    if output is not None:
+        forms = usual_formats(output) if outputs.format is None else [outputs.format]
+        files += [journal_of(output) for form in forms if form not in STREAMED]
     check_not_source(source, *files)
     point_out_leftovers(*files)
     return output
+
+
+def format_of(name: str, form: str | None) -> str:
+    """Return the name of an output's format: `form` if given, else that of the name's ending.
+
+    Raises a ConfigError if the ending or the format is unknown, or the format cannot be written.
+    """
+    from motes.formats.registry import FORMATS, format_for
+
+    if form is None:
+        return "csv" if name == "-" else format_for(name)
+    if FORMATS.resolve(form).write is None:
+        raise ConfigError(f"Files of the format {form} cannot be written; give another one.")
+    if name == "-" and form not in STREAMED:
+        raise ConfigError(f"{form} is made at the end of a run; give it a file, not -.")
+    return form
+
+
+def usual_formats(name: str) -> list[str]:
+    """Return the format that a name's ending chooses, in a list; none if there is no such one."""
+    from motes.formats.registry import format_for
+
+    try:
+        return [format_for(name)]
+    except ConfigError:
+        return []
+
+
+def check_several(name: str, form: str | None) -> None:
+    """Raise a ConfigError if an output's format holds one object, but there may be several."""
+    from motes.formats.registry import FORMATS
+
+    form = format_of(name, form)
+    if FORMATS.resolve(form).single:
+        raise ConfigError(f"{form} holds one object, and there may be several; choose another.")
+
+
+def check_place(name: str, form: str, overwrite: bool) -> None:
+    """Check that a file, or a folder, of a format can be made.
+
+    Raises a FormatError if it exists and must not be overwritten, or the folder above is missing or
+    protected.
+    """
+    from motes.formats.registry import FORMATS, check_folder
+
+    known = FORMATS.resolve(form)
+    if not known.folder:
+        check_writable(name, overwrite)
+    elif os.path.isdir(name) and os.listdir(name) and not overwrite:
+        raise FormatError(f"{name} has files; choose another name, or overwrite it (--overwrite).")
+    elif not os.path.isdir(name):
+        check_writable(name)
+    else:
+        check_folder(Path(name), known)
 
 
 def default_output(source: str) -> str:
@@ -171,8 +227,6 @@ def check_label(label: str | None, output: str | None, form: str | None) -> None
 
     Raises a ConfigError if the name is empty or unprintable, or the output has no classes.
     """
-    from motes.cli.outputs import format_of
-
     if label is None:
         return
     if output is None:
@@ -189,7 +243,6 @@ def check_label(label: str | None, output: str | None, form: str | None) -> None
 
 def check_keyframe_error(error: float | None, output: str | None, form: str | None) -> None:
     """Raise a ConfigError unless --keyframe-error is pixels, for an output with keyframes."""
-    from motes.cli.outputs import format_of
     from motes.formats.registry import FORMATS
 
     if error is None:
@@ -204,7 +257,6 @@ def check_keyframe_error(error: float | None, output: str | None, form: str | No
 
 def check_guesses(output: str | None, form: str | None, *, wanted: bool) -> None:
     """Raise a ConfigError if --with-guesses is given for a format that holds guesses anyway."""
-    from motes.cli.outputs import format_of
     from motes.formats.registry import FORMATS
 
     if wanted and (output is None or FORMATS.resolve(format_of(output, form)).guess is None):
@@ -221,8 +273,6 @@ def prepared_folder(out: Path | None, files: Iterable[str], overwrite: bool) -> 
     At the end it is removed again if it was made here and nothing is in it. Raises a FormatError if
     the folder or a file cannot be written.
     """
-    from motes.core.files import check_writable
-
     if out is None:
         yield
         return

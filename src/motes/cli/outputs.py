@@ -1,4 +1,4 @@
-"""The outputs of a run: rows, what is remembered of them, documents, events."""
+"""What a run is asked for: its film, and its outputs: rows, their history, documents, events."""
 
 from __future__ import annotations
 
@@ -7,59 +7,37 @@ import math
 import os
 import shlex
 from bisect import bisect_left
+from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Generic, TypeVar
 
 from msgspec.structs import replace
 
+from motes.cli.annotated_video import AnnotatedVideo, Paint
 from motes.cli.frame_loop import Moment, Sink
-from motes.cli.option_groups import OutputOptions
+from motes.cli.input_checks import STREAMED, check_place, format_of, usual_formats
+from motes.cli.option_groups import FrameOptions, OutputOptions
 from motes.cli.streams import log
 from motes.core import interrupts
-from motes.core.errors import ConfigError, FormatError, InputError, SourceError, counted
-from motes.core.files import check_writable
+from motes.core.config import Config
+from motes.core.errors import FormatError, InputError, SourceError, counted
+from motes.core.files import check_writable, is_special, leftovers
 from motes.correction.history import History
 from motes.formats.mot import line_of
 from motes.formats.recording import LABEL, Recording
-from motes.formats.registry import FORMATS, Written, check_folder, check_images, format_for
+from motes.formats.registry import FORMATS, Written, check_images
 from motes.formats.registry import write as write_format
 from motes.formats.rows import recording_of_journal
 from motes.formats.visibility import visible
 from motes.mot.analytics.event import Event
-from motes.rows.schema import FrameRow, Header, journal_of, text_name
+from motes.mot.analytics.real_units import RealUnits
+from motes.mot.analytics.regions import Regions
+from motes.rows.schema import Form, FrameRow, Header, journal_of, text_name
 from motes.rows.writer import JournalWriter, Lines, TrackWriter
 from motes.video.film import Film
 from motes.video.sources import Source, is_recorded
-
-STREAMED = ("csv", "jsonl", "mot")
-"""Formats that grow row by row; all others are made at the end."""
-
-
-def format_of(name: str, form: str | None) -> str:
-    """Return the name of an output's format: `form` if given, else that of the name's ending.
-
-    Raises a ConfigError if the ending or the format is unknown, or the format cannot be written.
-    """
-    if form is None:
-        return "csv" if name == "-" else format_for(name)
-    if FORMATS.resolve(form).write is None:
-        raise ConfigError(f"Files of the format {form} cannot be written; give another one.")
-    if name == "-" and form not in STREAMED:
-        raise ConfigError(f"{form} is made at the end of a run; give it a file, not -.")
-    return form
-
-
-def is_document(name: str, form: str | None) -> bool:
-    """Return whether an output is made at the end of a run."""
-    forms = [form] if form is not None else _usual_format(name)
-    return any(each not in STREAMED for each in forms)
-
-
-def check_several(name: str, form: str | None) -> None:
-    """Raise a ConfigError if an output's format holds one object, but there may be several."""
-    form = format_of(name, form)
-    if FORMATS.resolve(form).single:
-        raise ConfigError(f"{form} holds one object, and there may be several; choose another.")
 
 
 def labeled(row: FrameRow, label: str | None) -> FrameRow:
@@ -203,7 +181,7 @@ class DocumentOutput(Sink):
     @property
     def _remedy(self) -> str:
         words = ["motes", "convert", str(self.rows), "-o", str(self.path)]
-        if self._form not in _usual_format(str(self.path)):
+        if self._form not in usual_formats(str(self.path)):
             words += ["--to", self._form]
         if self._form == "cvat" and _kept(self._film):
             words += ["--video", self._film.name]  # which tells where it ends
@@ -278,31 +256,6 @@ def say_how_to_train(path: Path, form: str, recorded: Recording) -> None:
     log(f"to train with {path}, put its images beside its labels: {way}")
 
 
-def check_place(name: str, form: str, overwrite: bool) -> None:
-    """Check that a file, or a folder, of a format can be made.
-
-    Raises a FormatError if it exists and must not be overwritten, or the folder above is missing or
-    protected.
-    """
-    known = FORMATS.resolve(form)
-    if not known.folder:
-        check_writable(name, overwrite)
-    elif os.path.isdir(name) and os.listdir(name) and not overwrite:
-        raise FormatError(f"{name} has files; choose another name, or overwrite it (--overwrite).")
-    elif not os.path.isdir(name):
-        check_writable(name)
-    else:
-        check_folder(Path(name), known)
-
-
-def _usual_format(name: str) -> list[str]:
-    """Return the format that a name's ending chooses, in a list; none if there is no such one."""
-    try:
-        return [format_for(name)]
-    except ConfigError:
-        return []
-
-
 class Events(Lines):
     """A line of JSON for each event, in the order of frames.
 
@@ -329,3 +282,82 @@ class Events(Lines):
                 self.put([event.json() for event in self._waiting])
         finally:
             super().__exit__(*exception)  # type: ignore[arg-type]
+
+
+Configuration = TypeVar("Configuration", bound=Config)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Request(Generic[Configuration]):
+    """A film, its outputs, and how its results are made."""
+
+    source: str
+    frames: FrameOptions
+    """The film and its frames, as they are given."""
+    output: str | None
+    outputs: OutputOptions
+    """The file of the rows, - for standard output, or None without rows; and all options of
+    outputs."""
+    config: Configuration
+    seed: int
+    preset: str
+    """The tracker or the scene, and the name of its preset."""
+    units: RealUnits | None = None
+    places: Regions | None = None
+    """How pixels become metres, and lines and zones, as in `History`."""
+    resume: bool = False
+    """Whether existing rows are the beginning of these, and pictures are made again."""
+
+    @property
+    def overwrite(self) -> bool:
+        """Whether existing files may be replaced."""
+        return self.outputs.overwrite or self.resume
+
+    @property
+    def remembered(self) -> Path | None:
+        """The file of rows beside which a history is written; none of streams and documents."""
+        output, form = self.output, self.outputs.format
+        if output is None or output == "-" or is_special(output):
+            return None
+        return Path(output) if format_of(output, form) in STREAMED else None
+
+    def pictures(self, film: Source | Film, painted: Paint) -> list[Sink]:
+        """Return the output --overlay, whose pictures `painted` makes."""
+        if (path := self.outputs.overlay) is None:
+            return []
+        stride, anew = self.frames.stride, self.overwrite
+        return [AnnotatedVideo(path, film, stride, painted, overwrite=anew)]
+
+    def rows(self, film: Source | Film, further: Sequence[str] = ()) -> list[Sink]:
+        """Return what writes the rows, with further columns; none if they are not asked for.
+
+        Raises a FormatError if a file exists and must not be overwritten, or cannot be made.
+        """
+        name, options = self.output, self.outputs
+        if name is None:
+            return []
+        form = format_of(name, options.format)
+        if form == "mot":
+            return [MotOutput(name, options.overwrite)]
+        if form not in STREAMED:
+            return [DocumentOutput(name, form, film, options)]
+        kind: Form = "csv" if form == "csv" else "jsonl"
+        writer = TrackWriter(
+            name, kind, overwrite=options.overwrite, resume=self.resume, further=further
+        )
+        return [RowsOutput(writer, options.label, resume=self.resume)]
+
+    def remembered_rows(self, film: Source, further: Sequence[str] = ()) -> list[Sink]:
+        """Return what writes the rows, after what writes their history."""
+        outputs, rows = self.rows(film, further), self.remembered
+        if rows is None:
+            return outputs
+        history = History.of_run(
+            film, self.config, self.seed, self.preset, units=self.units, places=self.places,
+            start=self.frames.start, end=self.frames.end, stride=self.frames.stride,
+        )  # fmt: skip
+        if self.resume:  # what a killed run has left of it
+            for left in leftovers(History.path(rows)):
+                left.unlink(missing_ok=True)
+        overwrite, resume = self.outputs.overwrite, self.resume
+        return [Remembered(rows, history, overwrite=overwrite, resume=resume), *outputs]

@@ -14,18 +14,18 @@ from msgspec.structs import replace
 from motes.cli.frame_loop import Moment, Sink
 from motes.cli.option_groups import OutputOptions
 from motes.cli.outputs import DocumentOutput
+from motes.core.callables import optional
 from motes.core.errors import ConfigError
-from motes.core.extras import optional
 from motes.core.files import check_writable, write_whole, writing
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.track import GROUND, Status, Track
 from motes.core.types import Bytes
-from motes.formats import runs
+from motes.formats import masks
 from motes.mot.analytics.regions import Regions
 from motes.output.motion_charts import FIGURES, MotionSeries, style
 from motes.output.overlay import png
 from motes.output.painters import NOWHERE
-from motes.output.path_pictures import heatmap, paths
+from motes.output.scene_overlay import heatmap, paths
 from motes.output.slit_scan import SlitScan
 from motes.rows.schema import FrameRow
 from motes.sot.segmentation import Segmenter
@@ -212,5 +212,5 @@ class Masks(DocumentOutput):
         if track.status is Status.TRACKING:
             mask = self._segmenter.update(frame.pixels, track.ellipse)
             if mask.any():
-                each = replace(track, mask=runs.encode(mask))
+                each = replace(track, mask=masks.encode(mask))
         self.add(FrameRow(frame.index, frame.time, (each,)))

@@ -11,8 +11,8 @@ from motes.cli.correct_run import refine_rows
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_not_source, point_out_corners
 from motes.cli.known_run import TrackerOptions, corrected_run
+from motes.cli.load_config import TRACKER_HELP
 from motes.cli.option_groups import FileName, Identity, OutputFile, Overwrite
-from motes.cli.settings import TRACKER_HELP
 from motes.cli.streams import log
 from motes.cli.track_options import KeyframeOptions
 from motes.core import interrupts

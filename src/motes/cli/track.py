@@ -7,18 +7,18 @@ from typing import Annotated
 from cyclopts import App, Parameter
 
 from motes.cli.exit_codes import DONE
-from motes.cli.help import Help, HelpAll
 from motes.cli.input_checks import checked_output, refuse
-from motes.cli.load_config import open_network, tracker_config
+from motes.cli.load_config import TRACKER_HELP, open_network, tracker_config
 from motes.cli.option_groups import (
     CONFIGURATION,
     PRESETS,
     ConfigOptions,
     FileName,
     FrameOptions,
+    Help,
+    HelpAll,
     PresetName,
 )
-from motes.cli.settings import TRACKER_HELP
 from motes.cli.track_options import KeyframeOptions, TargetOptions, TrackOutputs
 from motes.cli.track_units import UnitOptions
 from motes.core.errors import ConfigError
@@ -95,7 +95,7 @@ def track(
     if outputs.resume and output is None:
         raise ConfigError("--resume continues a file of rows; name it with -o.")
 
-    from motes.cli.request import Request
+    from motes.cli.outputs import Request
 
     asked = Request(
         source=source, frames=frames, output=output, outputs=outputs, config=config,

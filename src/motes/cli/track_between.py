@@ -19,7 +19,7 @@ from motes.cli.exit_codes import DONE
 from motes.cli.frame_loop import FrameProgress, Moment, Sink, Tally, summarize
 from motes.cli.input_checks import point_out_corners
 from motes.cli.option_groups import say_rate
-from motes.cli.request import Request
+from motes.cli.outputs import Request
 from motes.cli.track_units import check_size
 from motes.core import interrupts
 from motes.core.errors import counted
@@ -33,8 +33,8 @@ from motes.correction.keyframes import check_keyframes
 from motes.correction.rows import as_read
 from motes.mot.analytics.real_units import motion_in_hindsight
 from motes.rows.schema import HINDSIGHT
+from motes.sot.algorithm import StepInfo
 from motes.sot.presets import TrackerConfig
-from motes.sot.step_info import StepInfo
 from motes.video.film import Film
 
 

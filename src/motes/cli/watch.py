@@ -9,19 +9,19 @@ from typing import TYPE_CHECKING, Any
 from cyclopts import App
 
 from motes.cli.exit_codes import DONE
-from motes.cli.help import Help, HelpAll
-from motes.cli.input_checks import checked_output, numbers_of, point_out_corners
-from motes.cli.load_config import load_watch_config
+from motes.cli.input_checks import check_several, checked_output, numbers_of, point_out_corners
+from motes.cli.load_config import HELP, load_watch_config
 from motes.cli.option_groups import (
     ConfigOptions,
     FileName,
     FrameOptions,
+    Help,
+    HelpAll,
     ObjectPreset,
     OwnCode,
     say_rate,
 )
 from motes.cli.parts import part
-from motes.cli.settings import HELP
 from motes.cli.watch_options import CountingOptions, ObjectOptions, WatchOutputs
 from motes.core.errors import ConfigError
 from motes.core.track import GROUND
@@ -29,7 +29,7 @@ from motes.core.track import GROUND
 if TYPE_CHECKING:
     from motes.cli.frame_loop import Sink
     from motes.core.detection import Detector, DetectorConfig
-    from motes.mot.pipeline_config import WatchConfig
+    from motes.mot.scene_config import WatchConfig
 
 app = App(
     name="watch",
@@ -103,9 +103,8 @@ def watch(
     from msgspec.structs import replace
 
     from motes.cli.annotated_video import painted_scene
-    from motes.cli.outputs import Events
+    from motes.cli.outputs import Events, Request
     from motes.cli.pictures import Heatmap, Paths, Slits
-    from motes.cli.request import Request
     from motes.cli.watch_loop import watch_scene
     from motes.mot.analytics.events import EventCounter
     from motes.mot.analytics.real_units import RealUnits
@@ -150,8 +149,6 @@ def _checked_names(source: str, outputs: WatchOutputs) -> tuple[str | None, list
 
     The rows have a name of their own if nothing else has.
     """
-    from motes.cli.outputs import check_several
-
     written, sent = outputs.destinations()
     if outputs.output == "-" and "-" in written:
         raise ConfigError("Rows and events would mix on standard output; give one of them a file.")
@@ -167,7 +164,7 @@ def _detector(objects: ObjectOptions, config: WatchConfig, end: int | None) -> D
     """Return the detector for the frames before `end`."""
     from motes.mot.detection.lookalike import LookalikeConfig
     from motes.mot.detection.pretrained import RecordedConfig, RecordedDetections
-    from motes.mot.pipeline_config import lookalike_detector
+    from motes.mot.scene_config import lookalike_detector
 
     if objects.like is not None and objects.detector is not None:
         assert isinstance(config.detector, LookalikeConfig)
@@ -183,7 +180,7 @@ def _detector(objects: ObjectOptions, config: WatchConfig, end: int | None) -> D
 
 def check_classes(detector: Detector, kind: DetectorConfig, wanted: Sequence[str]) -> None:
     """Check that a detector can find some classes; else a ConfigError. A callable may find any."""
-    from motes.core.adapters import class_names
+    from motes.core.detection import class_names
     from motes.mot.detection.background import BackgroundConfig
     from motes.mot.detection.onnx_detector import OnnxConfig
     from motes.mot.detection.pretrained import FacesConfig, PeopleConfig, RecordedConfig

@@ -6,9 +6,10 @@ from .addresses import parts_of as parts_of
 from .addresses import without_password as without_password
 from .callables import explain as explain
 from .callables import import_callable as import_callable
+from .callables import optional as optional
 from .config import from_toml as from_toml
+from .config_keys import words as words
 from .errors import counted as counted
-from .extras import optional as optional
 from .files import PARTIAL as PARTIAL
 from .files import leftovers as leftovers
 from .files import read_text as read_text
@@ -20,8 +21,7 @@ from .geometry import as_ellipse as as_ellipse
 from .geometry import iou as iou
 from .geometry import region_within as region_within
 from .labels import check_label as check_label
-from .spreadsheet import guarded as guarded
-from .type_words import words as words
+from .labels import guarded as guarded
 from .types import Floats as Floats
 from .types import Singles as Singles
 from .worker import Answer as Answer

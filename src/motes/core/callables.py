@@ -1,15 +1,16 @@
-"""Callables of the user's own, by name."""
+"""Packages that not every installation has, and callables of the user's own, by name."""
 
 from __future__ import annotations
 
 import importlib
 import os
+import shlex
 import sys
 from collections.abc import Callable
 from functools import reduce
 from typing import Any
 
-from motes.core.errors import ConfigError, MotesError
+from motes.core.errors import ConfigError, MissingDependencyError, MotesError
 
 
 def import_callable(name: str) -> Callable[..., Any]:
@@ -35,3 +36,17 @@ def explain(error: BaseException) -> str:
     kind = type(error)
     name = kind.__name__ if kind.__module__ == "builtins" else f"{kind.__module__}.{kind.__name__}"
     return " ".join(f"{name}: {error}".split())[:300].rstrip(": ")
+
+
+def optional(module: str, need: str, package: str) -> Any:
+    """Return a module of a package that may be missing.
+
+    Raises a MissingDependencyError if it cannot be imported. `need` is what needs it, such as "MQTT
+    needs paho-mqtt", and `package` what is to be installed, such as "motes[onnx]".
+    """
+    try:
+        return importlib.import_module(module)
+    except ImportError:
+        raise MissingDependencyError(
+            f"{need}; install it with: pip install {shlex.quote(package)}."
+        ) from None

@@ -1,4 +1,4 @@
-"""The keys of a configuration: their names, types, values, meanings and choices.
+"""The keys of a configuration: their names, values, meanings and choices, and their types in words.
 
 The meaning of a field stands once, below it; fields without a text share the next one.
 """
@@ -16,9 +16,61 @@ from typing import Any, get_args, get_origin
 
 import msgspec
 from msgspec import NODEFAULT, Struct
+from msgspec import inspect as types
 
 from motes.core.registry import open_registry, registry_of
-from motes.core.type_words import words
+
+
+def words(kind: Any) -> str:
+    """Return the values that a type accepts, such as `integer, 1 to 9` or `"rgb" or "hsv"`."""
+    return _words(types.type_info(kind))
+
+
+def _words(info: types.Type) -> str:
+    match info:
+        case types.IntType():
+            return ", ".join(["integer", *_bounds(info)])
+        case types.FloatType():
+            return ", ".join(["number", *_bounds(info)])
+        case types.BoolType():
+            return "true or false"
+        case types.LiteralType():
+            *others, last = (json.dumps(value) for value in info.values)
+            return " or ".join([", ".join(others), last] if others else [last])
+        case types.UnionType():
+            parts = [part for part in info.types if not isinstance(part, types.NoneType)]
+            return " or ".join(map(_words, parts))
+        case types.TupleType():
+            return f"list of {len(info.item_types)}: {_words(info.item_types[0])}"
+        case types.VarTupleType() | types.ListType():
+            return f"list{_length(info)}: {_words(info.item_type)}"
+        case _:
+            return "text"
+
+
+def _length(info: types.VarTupleType | types.ListType) -> str:
+    """Return the number of items: ` of 9`, ` of at least 6`, ` of 4 to 8`; nothing for any."""
+    least, most = info.min_length, info.max_length
+    if least == most:
+        return "" if most is None else f" of {most}"
+    return f" of at least {least}" if most is None else f" of {least or 0} to {most}"
+
+
+def _bounds(info: types.IntType | types.FloatType) -> Iterator[str]:
+    """Yield the bounds of a number: `0 to 1`, `above 0`, `at most 9`, `multiple of 8`."""
+    if info.ge is not None and info.le is not None:
+        yield f"{_number(info.ge)} to {_number(info.le)}"
+        named = []
+    else:
+        named = [("at least", info.ge), ("above", info.gt), ("at most", info.le)]
+    for word, bound in (*named, ("below", info.lt), ("multiple of", info.multiple_of)):
+        if bound is not None:
+            yield f"{word} {_number(bound)}"
+
+
+def _number(number: float) -> str:
+    return f"{int(number):,}" if number == int(number) else f"{number:g}"
+
 
 NAME = "NAME"
 """The placeholder in a path for a key that users choose, such as the name of a cue."""

@@ -10,10 +10,9 @@ from typing import Annotated, Any, Union, get_args, get_origin
 
 import msgspec
 
-from motes.core.config_keys import alternatives, configurations, fields
+from motes.core.config_keys import alternatives, configurations, fields, words
 from motes.core.errors import ConfigError
 from motes.core.registry import open_registry, registry_of, tag_of
-from motes.core.type_words import words
 
 Place = tuple[str | int, ...]
 """Where a value stands: keys, and the numbers of a list's items."""

@@ -1,4 +1,8 @@
-"""The names of classes, which every format of files must be able to hold."""
+"""Texts of users in files: names of classes, which every format must hold, and cells of tables.
+
+A spreadsheet must not take a cell for a formula, which may be anybody's name of a class or a film:
+an apostrophe stands before it. https://owasp.org/www-community/attacks/CSV_Injection
+"""
 
 from __future__ import annotations
 
@@ -25,3 +29,26 @@ def check_label(label: str) -> str:
     if not label.strip():
         raise ConfigError(f"the class {label!r} has no letters; rename it")
     return label
+
+
+MARKS = ("=", "+", "-", "@", "\t", "\r")
+"""First characters of what spreadsheets take for a formula."""
+GUARD = "'"
+
+
+def guarded(text: str) -> str:
+    """Return a text as it is written into a cell; numbers stay as they are."""
+    if not text.lstrip(GUARD).startswith(MARKS):
+        return text
+    try:
+        float(text)
+    except ValueError:
+        return GUARD + text
+    return text
+
+
+def unguarded(cell: str) -> str:
+    """Return the text that `guarded` wrote into a cell."""
+    if cell.startswith(GUARD) and cell.lstrip(GUARD).startswith(MARKS):
+        return cell[1:]
+    return cell

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple, TypeAlias
 
 from numpy.typing import NDArray
 
+from motes.core.callables import optional
 from motes.core.errors import ConfigError, SourceError
-from motes.core.extras import optional
 
 Arrays: TypeAlias = dict[str, NDArray[Any]]
 """A model's inputs or outputs by name."""

@@ -106,7 +106,7 @@ class Track(msgspec.Struct, frozen=True, eq=False):
     further: Mapping[str, float | str | None] = {}
     """Further columns of its row, by name, such as `speed`."""
     mask: str | None = None
-    """Its pixels, in the compressed runs of COCO (`motes.formats.runs`); None without a mask."""
+    """Its pixels, in the compressed runs of COCO (`motes.formats.masks`); None without a mask."""
     keyframe: bool = True
     """Whether a user has drawn it, or would have to: a tool that interpolates needs this one."""
     bounds: Box | None = None

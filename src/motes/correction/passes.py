@@ -15,8 +15,8 @@ from motes.core.geometry import Ellipse
 from motes.core.interrupts import check
 from motes.core.track import Status, Track
 from motes.core.types import Flags, Floats
+from motes.sot.algorithm import StepInfo
 from motes.sot.presets import TrackerConfig
-from motes.sot.step_info import StepInfo
 from motes.sot.tracker import Tracker
 
 

@@ -21,7 +21,7 @@ from motes import __version__
 from motes.core.errors import FormatError, counted
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status, Track
-from motes.formats import runs, shapes
+from motes.formats import masks, shapes
 from motes.formats.image_names import OF_VIDEO, check_one_film, frame_of, images_of
 from motes.formats.recording import (
     ANONYMOUS,
@@ -122,7 +122,7 @@ def _place(each: Track, corners: shapes.Corners, head: Header) -> dict[str, obje
     if each.mask is None:
         return {"bbox": bbox, "segmentation": [], "area": round(width * height, 2)}
     mask = {"size": [head.height, head.width], "counts": each.mask}
-    area = runs.area(each.mask, head.height, head.width)
+    area = masks.area(each.mask, head.height, head.width)
     return {"bbox": bbox, "segmentation": mask, "area": area}
 
 
@@ -252,7 +252,7 @@ def _check_once(what: str, ids: Sequence[int]) -> None:
 def _row(
     each: _Annotation, frame: int, image: _Image, label: str | None, facts: FilmFacts
 ) -> Track:
-    mask = runs.mask_runs(each.segmentation, image.height, image.width)
+    mask = masks.mask_runs(each.segmentation, image.height, image.width)
     ellipse, bounds = _place_of(each, image)
     row = placed(
         frame,

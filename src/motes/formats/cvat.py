@@ -22,6 +22,7 @@ from motes.core.files import read_text
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.formats.image_names import OF_VIDEO, check_one_film, frame_of, images_of
+from motes.formats.keyframes import KEYFRAME_ERROR, keyframes
 from motes.formats.recording import (
     ANONYMOUS,
     MOST_FRAMES,
@@ -41,7 +42,6 @@ from motes.formats.shapes import (
     visible_box,
 )
 from motes.formats.text import angle, at, number, unread, whole
-from motes.formats.thinning import KEYFRAME_ERROR, keyframes
 from motes.formats.visibility import SHOWN, check_identities
 from motes.rows.schema import text_name
 

@@ -23,10 +23,10 @@ from motes.core.errors import FormatError, counted
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
+from motes.formats.keyframes import KEYFRAME_ERROR, keyframes
 from motes.formats.recording import FilmFacts, Recording, frames_between, placed, sound
 from motes.formats.shapes import Corners, box_of_rectangle, classes_of, label_or_none, visible_box
 from motes.formats.text import angle, at, read_json
-from motes.formats.thinning import KEYFRAME_ERROR, keyframes
 from motes.formats.visibility import check_identities, visible
 
 REGION = "videorectangle"

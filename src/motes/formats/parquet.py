@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from motes.core.callables import optional
 from motes.core.errors import FormatError
-from motes.core.extras import optional
 from motes.formats.recording import FilmFacts, Recording
 from motes.formats.rows import recording_of_rows, table_of
 from motes.rows.schema import KNOWN, TEXT, WHOLE

@@ -18,7 +18,10 @@ from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.files import write_folder, write_whole
 from motes.core.registry import Registry
 from motes.core.track import BOX, ELLIPSE, SURE, Status
-from motes.formats.aspects import (
+from motes.formats.recording import FilmFacts, Recording
+from motes.formats.text import fields_of
+from motes.formats.truth import kind_of
+from motes.formats.visibility import (
     ANGLES,
     ASPECTS,
     CLASSES,
@@ -29,11 +32,9 @@ from motes.formats.aspects import (
     MASKS,
     OTHERS,
     TIMES,
+    certain,
+    marked,
 )
-from motes.formats.recording import FilmFacts, Recording
-from motes.formats.text import fields_of
-from motes.formats.truth import kind_of
-from motes.formats.visibility import certain, marked
 from motes.rows.reader import SEPARATED
 
 UNKNOWN, UNSEEN = {"status": Status.SEARCHING}, {"status": Status.OCCLUDED}

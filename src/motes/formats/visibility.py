@@ -1,7 +1,8 @@
-"""Which objects of a frame a format shows: those in the picture, hidden ones, guesses."""
+"""What formats hold and show: aspects of a recording, and objects seen, hidden or guessed."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
@@ -87,3 +88,35 @@ def check_identities(identities: Iterable[int], what: str) -> None:
             f"{what} holds tracks, and there are boxes without identities; track them first, with "
             "motes watch --detector."
         )
+
+
+ANGLES = "angles"
+CONFIDENCES = "confidences"
+IDENTITIES = "identities"
+CLASSES = "classes"
+HIDDEN = "hidden objects"
+GUESSES = "guessed places of searched and lost targets"
+MASKS = "masks"
+TIMES = "times"
+OTHERS = "further columns"
+ASPECTS = (ANGLES, CONFIDENCES, IDENTITIES, CLASSES, HIDDEN, GUESSES, MASKS, TIMES, OTHERS)
+"""All of them, beside the boxes in each frame, which every format holds."""
+
+
+def aspects(recorded: Recording) -> set[str]:
+    """Return those of `ASPECTS` that a recording has."""
+    found = {TIMES} if recorded.timed else set[str]()
+    for row in recorded:
+        for each in (each for each in row.objects if each.placed):
+            held = {
+                ANGLES: each.ellipse.theta != 0 and each.ellipse.a != each.ellipse.b,
+                CONFIDENCES: each.confidence != 1,
+                IDENTITIES: each.identity > 1,
+                CLASSES: each.label not in (None, recorded.head.label),
+                HIDDEN: each.status is Status.OCCLUDED,
+                GUESSES: each.status not in SHOWN,
+                MASKS: each.mask is not None,
+                OTHERS: bool(each.further) or math.isfinite(each.distance),
+            }
+            found.update(name for name, has in held.items() if has)
+    return found

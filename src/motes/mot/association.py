@@ -10,8 +10,7 @@ import numpy as np
 from motes.core.config import Config, NonNegative, Share
 from motes.core.frame import Frame
 from motes.core.types import Floats
-from motes.mot.boxes import inscribed, search_areas
-from motes.mot.overlaps import grouped
+from motes.mot.overlaps import grouped, inscribed, search_areas
 from motes.mot.pairs import Integers, meeting
 from motes.mot.tracked_object import TrackedObject
 

@@ -1,4 +1,4 @@
-"""Overlaps of many boxes, as lists of the pairs that overlap instead of a matrix of all pairs.
+"""Boxes as arrays, and overlaps of many: lists of the pairs that overlap, no matrix of all pairs.
 
 `overlapping_pairs`, `covered_pairs` and `nested_pairs` return indices of the first and of the
 second boxes, sorted by the first, then by the second, and a value for each pair: (k,) each.
@@ -6,15 +6,49 @@ second boxes, sorted by the first, then by the second, and a value for each pair
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from itertools import chain
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.geometry import intersection, iou
+from motes.core.geometry import Box, intersection, iou
 from motes.core.types import Floats
-from motes.mot.boxes import areas, intersection_over_first, search_areas
 from motes.mot.pairs import Integers, meeting
+
+MARGIN = 1.0
+"""Pixels that are added to a search area, so that rounding excludes nothing."""
+
+
+def as_rows(boxes: Iterable[Box]) -> Floats:
+    """Return boxes as (n, 4)."""
+    return np.fromiter(chain.from_iterable(boxes), np.float64).reshape(-1, 4)
+
+
+def inscribed(boxes: Floats) -> Floats:
+    """Return the upright ellipses in boxes (n, 4), as `Ellipse.from_box` does: (n, 5)."""
+    centers = boxes[:, :2] + (boxes[:, 2:] - 1) / 2
+    return np.hstack([centers, boxes[:, 2:] / 2, np.zeros((len(boxes), 1))])
+
+
+def search_areas(centers: Floats, radii: Floats) -> Floats:
+    """Return squares (n, 4) that hold circles around centers (n, 2) with radii (n,)."""
+    half = radii + MARGIN
+    sides = 2 * half[:, None]
+    return np.hstack([centers - half[:, None], sides, sides])
+
+
+def areas(boxes: Floats) -> Floats:
+    """Return the areas of boxes, shape (..., 4)."""
+    found: Floats = boxes[..., 2] * boxes[..., 3]
+    return found
+
+
+def intersection_over_first(first: Floats, second: Floats) -> Floats:
+    """Return the share of each first box that the second one covers, shapes (..., 4) broadcast."""
+    return intersection(first, second) / areas(first)
+
 
 Overlaps: TypeAlias = tuple[Integers, Integers, Floats]
 

@@ -17,12 +17,12 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from motes.core.adapters import as_detections
 from motes.core.detection import (
     Detection,
     Detector,
     ObservingDetector,
     PreparedDetector,
+    as_detections,
     check_callable,
     usable,
 )

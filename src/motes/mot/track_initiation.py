@@ -19,8 +19,7 @@ from motes.core.detection import Detection
 from motes.core.geometry import Box
 from motes.core.types import Floats
 from motes.mot.assignment import assign_pairs
-from motes.mot.boxes import as_rows
-from motes.mot.overlaps import nested_pairs, overlapping_pairs
+from motes.mot.overlaps import as_rows, nested_pairs, overlapping_pairs
 from motes.mot.scene_config import Initiation
 
 MAX_GAP = 0.3

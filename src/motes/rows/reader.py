@@ -13,11 +13,10 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from motes.core.callables import optional
 from motes.core.errors import InputError
-from motes.core.extras import optional
 from motes.core.files import as_path, check_ended, lines_of, read_text
-from motes.core.labels import check_label
-from motes.core.spreadsheet import unguarded
+from motes.core.labels import check_label, unguarded
 from motes.rows.schema import NUMBERS, TEXT, WHOLE, Form, form_of
 
 SEPARATED = "its columns are separated by {!r}; write commas, and decimal points"

@@ -21,8 +21,7 @@ from msgspec.structs import replace
 
 from motes.core.errors import ConfigError
 from motes.core.files import as_path
-from motes.core.labels import check_label
-from motes.core.spreadsheet import guarded
+from motes.core.labels import check_label, guarded
 from motes.core.track import BOX, COLUMNS, DEVIATIONS, ELLIPSE, GROUND, ROUNDING, Track
 
 Form = Literal["csv", "jsonl"]

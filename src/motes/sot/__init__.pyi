@@ -1,6 +1,6 @@
 """The public names of this package."""
 
-from .network.family import NetworkFamily as NetworkFamily
+from .known_target import scatter as scatter
 from .network.network import Network as Network
-from .places import scatter as scatter
+from .network.network import NetworkFamily as NetworkFamily
 from .presets import DESCRIPTIONS as DESCRIPTIONS

@@ -1,4 +1,4 @@
-"""The interface of tracking algorithms: pure steps from a state and a frame to the next state."""
+"""The interface of tracking algorithms: pure steps to the next state, and what each reports."""
 
 from __future__ import annotations
 
@@ -6,14 +6,36 @@ from abc import abstractmethod
 from collections.abc import Mapping, Sequence, Set
 from typing import Any, ClassVar, Generic, TypeVar
 
+import msgspec
 import numpy as np
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.registry import Registry
+from motes.core.track import Track
+from motes.core.types import Floats
 from motes.cues.base import Cue
 from motes.sot.filtering.appearance_rule import AppearanceRule
-from motes.sot.step_info import StepInfo
+
+
+class StepInfo(msgspec.Struct, frozen=True, eq=False):
+    """What any observer of a step can read."""
+
+    track: Track
+    """The estimate."""
+    ellipses: Floats = np.empty((0, 5))
+    """(N, 5) the hypotheses, such as particles: x, y, a, b, theta. There may be none."""
+    weights: Floats = np.empty(0)
+    """(N,) their probabilities after this frame."""
+    n_supporting: int | None = None
+    """Number of hypotheses that fulfill the appearance rule; None without such a rule."""
+    models: Mapping[str, Any] = {}
+    """The target model of each cue."""
+    cue_weights: Mapping[str, float] = {}
+    """The weight of each cue; they sum to 1."""
+    note: str | None = None
+    """A line about the region of a first frame that holds nothing to follow; None elsewhere."""
+
 
 S = TypeVar("S")
 

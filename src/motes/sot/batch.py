@@ -20,9 +20,8 @@ from motes.core.errors import ConfigError
 from motes.core.frame import Frame, as_frame, from_bgr
 from motes.core.track import Track
 from motes.core.types import Numbers
-from motes.sot.algorithm import Algorithm
+from motes.sot.algorithm import Algorithm, StepInfo
 from motes.sot.presets import TrackerConfig
-from motes.sot.step_info import StepInfo
 from motes.sot.tracker import Picture, Tracker, alone, load_plain, save_plain
 
 

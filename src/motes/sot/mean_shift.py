@@ -20,9 +20,8 @@ from motes.core.track import Status, Track
 from motes.cues.base import Cue
 from motes.cues.color import Color, ColorModel
 from motes.cues.sampling import DENSE, EveryPixel, Lattice
-from motes.sot.algorithm import Algorithm
+from motes.sot.algorithm import Algorithm, StepInfo
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
-from motes.sot.step_info import StepInfo
 
 SCALE = 0.05
 """Step of the size: sizes of 1 - SCALE, 1 and 1 + SCALE times the last one are compared."""

@@ -25,7 +25,7 @@ from motes.cues.color import Color, Posterior
 from motes.cues.correlation_filter import Correlation
 from motes.cues.gradients import Edges, Hog
 from motes.cues.structure_tensor import Orientation
-from motes.sot.algorithm import Algorithm
+from motes.sot.algorithm import Algorithm, StepInfo
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
 from motes.sot.filtering.color_step import ColorStep
 from motes.sot.filtering.fusion import Fixed, Fusion, fuse_distances
@@ -40,7 +40,6 @@ from motes.sot.filtering.model_update import (
     update_models,
 )
 from motes.sot.filtering.motion import LONGEST_INTERVAL, ConstantVelocity, Motion
-from motes.sot.filtering.observation import Observation
 from motes.sot.filtering.resampling import (
     KldSampling,
     Multinomial,
@@ -48,9 +47,8 @@ from motes.sot.filtering.resampling import (
     Weights,
     mean_ellipse,
 )
-from motes.sot.particle_state import FilterState, Model
-from motes.sot.places import scatter
-from motes.sot.step_info import StepInfo
+from motes.sot.known_target import scatter
+from motes.sot.particle_state import FilterState, Model, Observation
 
 
 class ParticleFilter(Algorithm[FilterState], Config, frozen=True, dict=True, tag="particle_filter"):

@@ -13,9 +13,8 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from motes.core.adapters import as_detections
 from motes.core.decode import MisfitError, decode
-from motes.core.detection import Detector, best, check_callable
+from motes.core.detection import Detector, as_detections, best, check_callable
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.files import as_path, write_whole
 from motes.core.frame import Frame, as_frame
@@ -25,15 +24,13 @@ from motes.core.saved_state import UNREADABLE, sealed, unpack, unsealed
 from motes.core.seed import checked_seed
 from motes.core.track import Status, Track
 from motes.core.types import Floats, Numbers
-from motes.sot.algorithm import Algorithm
+from motes.sot.algorithm import Algorithm, StepInfo
 from motes.sot.bare import bare_note
 from motes.sot.discriminative.tracker import Discriminative
-from motes.sot.known_target import KnownTarget
+from motes.sot.known_target import KnownTarget, Place, boxes_of
 from motes.sot.network.network import Network
 from motes.sot.particle_filter import ParticleFilter
-from motes.sot.places import Place, boxes_of
 from motes.sot.presets import TrackerConfig, preset
-from motes.sot.step_info import StepInfo
 
 Picture = Frame | NDArray[Any]
 

@@ -27,11 +27,26 @@ from motes.core.log import LOG
 from motes.video.decoder import REMEDY, Decoder, camera
 from motes.video.image_files import IMAGE_ENDINGS, ImageFiles, files_in
 from motes.video.pipe import Pipe
-from motes.video.playlists import ENDINGS as LISTS
-from motes.video.playlists import is_playlist
 from motes.video.reconnect import Persistent
 from motes.video.report import Reader, Report
 from motes.video.times import AHEAD, timed
+
+LIST_BEGINNINGS = (b"#EXTM3U", b"ffconcat", b"<?xml", b"<MPD", b"[playlist]")
+LIST_ENDINGS = (".m3u8", ".m3u", ".mpd", ".pls", ".ffconcat", ".concat", ".txt")
+"""How such files begin, and how their names end where they do not pass for a film."""
+LIST_HEAD = 4096
+"""Bytes of a file in which such a beginning is looked for."""
+
+
+def is_playlist(path: Path) -> bool:
+    """Return whether a file begins like one that names others."""
+    try:
+        with path.open("rb") as file:
+            head = file.read(LIST_HEAD)
+    except OSError:  # whoever opens it as a film says why
+        return False
+    return head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(LIST_BEGINNINGS)
+
 
 SCHEMES = ("http", "https", "rtsp", "rtsps")
 
@@ -336,7 +351,7 @@ def find_reader(
         except BaseException:
             pipe.close()
             raise
-    if is_playlist(Path(source)) and not source.lower().endswith(LISTS):
+    if is_playlist(Path(source)) and not source.lower().endswith(LIST_ENDINGS):
         raise SourceError(
             f"{source} is a playlist, which names other files; give the film, or a name that ends "
             f"in .m3u8 or .ffconcat."

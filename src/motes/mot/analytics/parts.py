@@ -12,7 +12,7 @@ import numpy as np
 from motes.core.geometry import Box
 from motes.core.track import Track
 from motes.mot.analytics.trajectory import Trajectory
-from motes.mot.boxes import as_rows
+from motes.mot.overlaps import as_rows
 
 KEPT, FEW = 100, 3
 """How many of the latest shapes are kept at a line, and the least number that tells a usual one."""

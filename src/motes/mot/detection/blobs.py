@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 from motes import kernels
 from motes.core.geometry import Box, iou
 from motes.core.types import Bytes, Floats
-from motes.mot.boxes import areas, as_rows
 from motes.mot.detection.morphology import closed, components, opened
-from motes.mot.overlaps import CONTAINED, covered_pairs
+from motes.mot.overlaps import CONTAINED, areas, as_rows, covered_pairs
 
 ONE = 0.7
 """A patch with a larger intersection over union with a known object is this object."""

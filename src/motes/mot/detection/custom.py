@@ -6,10 +6,9 @@ import inspect
 from collections.abc import Callable
 from typing import Any
 
-from motes.core.adapters import as_detections
 from motes.core.callables import explain, import_callable
 from motes.core.config import Config
-from motes.core.detection import Detection, DetectorConfig, abilities
+from motes.core.detection import Detection, DetectorConfig, abilities, as_detections
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 

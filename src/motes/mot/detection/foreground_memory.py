@@ -11,8 +11,7 @@ from collections.abc import Sequence
 
 from motes.core.geometry import Box
 from motes.core.types import Bytes
-from motes.mot.boxes import as_rows
-from motes.mot.overlaps import best_partners, overlapping_pairs
+from motes.mot.overlaps import as_rows, best_partners, overlapping_pairs
 
 SAME = 0.3
 """Least intersection over union of an object's boxes in two frames, as of its detections."""

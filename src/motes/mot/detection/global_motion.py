@@ -12,7 +12,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.extras import optional
+from motes.core.callables import optional
 from motes.core.types import Bytes, Floats
 from motes.mot.detection.morphology import opencv
 

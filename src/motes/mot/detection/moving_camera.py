@@ -8,18 +8,17 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
-from motes.core.adapters import as_detections
-from motes.core.detection import Detection, Detector, abilities
+from motes.core.detection import Detection, Detector, abilities, as_detections
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.types import Floats
-from motes.mot.boxes import as_rows
 from motes.mot.detection.background import LIMIT, BackgroundConfig, BackgroundDetector
 from motes.mot.detection.blobs import blobs
 from motes.mot.detection.global_motion import NO_BOXES, GlobalMotion
 from motes.mot.detection.lookalike import LookalikeDetector
 from motes.mot.detection.morphology import opencv
 from motes.mot.detection.panned_background import PannedBackground
+from motes.mot.overlaps import as_rows
 
 Camera: TypeAlias = Literal["auto", "still", "moving"]
 """What is known of a camera."""

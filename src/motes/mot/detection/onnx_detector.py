@@ -10,9 +10,8 @@ import numpy as np
 from msgspec import Meta
 from numpy.typing import NDArray
 
-from motes.core.adapters import Names, label_of, to_boxes
 from motes.core.config import Config, Count, Share, from_dict, from_toml
-from motes.core.detection import Detection, DetectorConfig
+from motes.core.detection import Detection, DetectorConfig, Names, label_of, to_boxes
 from motes.core.errors import ConfigError
 from motes.core.files import read_text
 from motes.core.frame import Frame

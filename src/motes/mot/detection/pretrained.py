@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
+from motes.core.callables import optional
 from motes.core.config import Config
 from motes.core.detection import Detection, DetectorConfig, best
 from motes.core.errors import SourceError
-from motes.core.extras import optional
 from motes.core.files import lines_of, read_text
 from motes.core.frame import Frame
 from motes.core.geometry import Box

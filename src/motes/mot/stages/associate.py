@@ -12,8 +12,7 @@ from motes.core.geometry import Box
 from motes.core.types import Floats
 from motes.mot.assignment import assign_pairs
 from motes.mot.association import model_distances
-from motes.mot.boxes import as_rows
-from motes.mot.overlaps import merged_blobs, overlapping_pairs
+from motes.mot.overlaps import as_rows, merged_blobs, overlapping_pairs
 from motes.mot.scene_config import SceneConfig
 from motes.mot.tracked_object import TrackedObject
 

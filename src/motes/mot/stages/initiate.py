@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from motes.core.detection import Detection
 from motes.core.frame import Frame
-from motes.mot.boxes import as_rows
+from motes.mot.overlaps import as_rows
 from motes.mot.scene_config import SceneConfig
 from motes.mot.track_initiation import TrackInitiation
 from motes.mot.tracked_object import TrackedObject

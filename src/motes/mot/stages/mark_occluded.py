@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from motes.core.frame import Frame
-from motes.mot.boxes import as_rows, intersection_over_first
-from motes.mot.overlaps import grouped, occlusion_candidates
+from motes.mot.overlaps import as_rows, grouped, intersection_over_first, occlusion_candidates
 from motes.mot.pairs import Integers
 from motes.mot.scene_config import Occlusion
 from motes.mot.tracked_object import TrackedObject

@@ -8,8 +8,7 @@ from msgspec.structs import replace
 
 from motes.core.frame import Frame
 from motes.core.track import Status, Track
-from motes.mot.boxes import as_rows
-from motes.mot.overlaps import CONTAINED, best_partners, covered_pairs
+from motes.mot.overlaps import CONTAINED, as_rows, best_partners, covered_pairs
 from motes.mot.scene_config import SceneConfig
 from motes.mot.tracked_object import TrackedObject
 

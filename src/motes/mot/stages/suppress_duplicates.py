@@ -7,8 +7,7 @@ from collections.abc import Sequence
 
 from motes.core.detection import Detection, usable
 from motes.core.frame import Frame
-from motes.mot.boxes import as_rows
-from motes.mot.overlaps import without_duplicates
+from motes.mot.overlaps import as_rows, without_duplicates
 from motes.mot.scene_config import DetectionSelection
 
 DUPLICATE = 0.6

@@ -10,9 +10,8 @@ from msgspec.structs import replace
 from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.who_is_who import who_is_who
-from motes.mot.boxes import as_rows
 from motes.mot.look import FRAMES, Look, costs
-from motes.mot.overlaps import grouped, nested_pairs
+from motes.mot.overlaps import as_rows, grouped, nested_pairs
 from motes.mot.tracked_object import TrackedObject
 
 STAY = 3.0

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from motes.core.frame import Frame
-from motes.mot.boxes import as_rows
-from motes.mot.overlaps import occlusion_candidates
+from motes.mot.overlaps import as_rows, occlusion_candidates
 from motes.mot.tracked_object import TrackedObject
 
 

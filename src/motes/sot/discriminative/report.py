@@ -15,6 +15,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.core.types import Floats
+from motes.sot.algorithm import StepInfo
 from motes.sot.discriminative.config import DiscriminativeConfig
 from motes.sot.discriminative.expert import LARGEST_LOG_ODDS, probability
 from motes.sot.discriminative.localization import WindowEstimate, color_weight
@@ -23,7 +24,6 @@ from motes.sot.discriminative.size import Trend
 from motes.sot.discriminative.standing import APART
 from motes.sot.discriminative.state import DiscriminativeState
 from motes.sot.filtering.resampling import Weights, mean_ellipse
-from motes.sot.step_info import StepInfo
 
 DRIFT_SIGMA = APART / 2
 """Standard deviation of a center, as a share of the mean side, that the particles do not show: the

@@ -26,7 +26,7 @@ from motes.core.saved_state import in_types_of, middle_of
 from motes.core.track import Status
 from motes.cues.color import borders, contrast
 from motes.cues.search_window import CELL_SIZE
-from motes.sot.algorithm import Algorithm
+from motes.sot.algorithm import Algorithm, StepInfo
 from motes.sot.discriminative import prediction
 from motes.sot.discriminative.config import DiscriminativeConfig
 from motes.sot.discriminative.expert import probability
@@ -54,7 +54,6 @@ from motes.sot.discriminative.standing import (
     excluded,
 )
 from motes.sot.discriminative.state import DiscriminativeState
-from motes.sot.step_info import StepInfo
 
 RUNNING_MEAN_RATE = 0.05
 """Weight of a frame in the running means of contrast, borders and likeness."""

@@ -19,8 +19,8 @@ from motes.kernels.structures import ColorComparison
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics
 from motes.sot.filtering.likelihood import Gaussian, Likelihood
 from motes.sot.filtering.motion import ConstantVelocity, Motion, RandomWalk, SecondOrder, Walking
-from motes.sot.filtering.observation import Observation
 from motes.sot.filtering.resampling import Multinomial, Resampling, Weights
+from motes.sot.particle_state import Observation
 
 EVERY_FRAME = Multinomial(threshold=1.0)
 WALKS = (RandomWalk, ConstantVelocity, SecondOrder)

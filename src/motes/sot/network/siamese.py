@@ -17,9 +17,19 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.onnx_session import Session, Tensor
 from motes.core.types import Floats, Singles
-from motes.sot.network.family import NetworkFamily
-from motes.sot.network.region import BLACK, Region, mean_color, reaches_outside, read
-from motes.sot.network.view import Choice, NetworkView, extent, hann, view_of
+from motes.sot.network.network import NetworkFamily
+from motes.sot.network.view import (
+    BLACK,
+    Choice,
+    NetworkView,
+    Region,
+    extent,
+    hann,
+    mean_color,
+    reaches_outside,
+    read,
+    view_of,
+)
 
 TEMPLATE, SEARCH = 127, 255
 STRIDE, CELLS, TEMPLATE_CELLS = 16, 16, 8

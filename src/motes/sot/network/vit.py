@@ -17,9 +17,8 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.onnx_session import Session
 from motes.core.types import Floats, Singles
-from motes.sot.network.family import NetworkFamily
-from motes.sot.network.region import BLACK, Region, read
-from motes.sot.network.view import Choice, NetworkView, hann, view_of
+from motes.sot.network.network import NetworkFamily
+from motes.sot.network.view import BLACK, Choice, NetworkView, Region, hann, read, view_of
 
 TEMPLATE, SEARCH, CELLS = 128, 256, 16
 TEMPLATE_SIDES, SEARCH_SIDES = 2.0, 4.0
