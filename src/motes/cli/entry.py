@@ -89,9 +89,9 @@ def _run(program: str, commands: Callable[[Sequence[str]], App], tokens: Sequenc
 
 def _too_narrow() -> str | None:
     """Return which limit of the system motes cannot work in; None if there is none."""
-    from motes.core.platforms import system
+    from motes.core import platforms
 
-    addresses, files = system.limits()
+    addresses, files = platforms.limits()
     if addresses < LEAST_ADDRESSES:
         return (
             f"Memory is limited to {int(addresses) >> 10} KB of addresses, and motes needs "

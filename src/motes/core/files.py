@@ -16,8 +16,8 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any, BinaryIO
 
+from motes.core import platforms
 from motes.core.errors import ConfigError, FormatError, MotesError, SourceError
-from motes.core.platforms import system
 
 PARTIAL = ".partial-" + "[0-9a-f]" * 16
 """Pattern of the part of a partial file's name that follows the target's name."""
@@ -207,7 +207,7 @@ def used_alone(folder: Path, taken: Callable[[str], str]) -> Iterator[BinaryIO]:
     with lock:
         lock.seek(0)
         try:
-            system.lock(lock)
+            platforms.lock(lock)
         except OSError:
             text = b""
             with contextlib.suppress(OSError):  # Windows lets nobody read it

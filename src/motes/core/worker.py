@@ -33,9 +33,9 @@ from typing import Any
 
 import msgspec
 
+from motes.core import platforms
 from motes.core.callables import explain
 from motes.core.interrupts import SIGNALS
-from motes.core.platforms import system
 
 KILLED_FIRST = "1000"
 """Score for the kernel: where memory is short, a worker dies, not the program above it."""
@@ -133,7 +133,7 @@ class Worker:
     def kill(self) -> None:
         """End the process and all that it has started, and do not wait for that."""
         if not self.pipe.closed:
-            system.end_group(self.pid)
+            platforms.end_group(self.pid)
             self._process.kill()
 
     def cause(self) -> str:
@@ -208,7 +208,7 @@ class WorkerLine:
         """End the worker and all that it has started; its temporary files go."""
         if self._scratch is not None:
             shutil.rmtree(self._scratch, ignore_errors=True)
-        system.end_group(os.getpid())
+        platforms.end_group(os.getpid())
         os._exit(1)  # it may have no group of its own
 
 
@@ -255,7 +255,7 @@ def _give_back() -> None:
 
 def blocked_signals() -> AbstractContextManager[None]:
     """Block signals that ask to end; a process that is started meanwhile never receives them."""
-    return system.blocked_signals(SIGNALS)
+    return platforms.blocked_signals(SIGNALS)
 
 
 def _run(
@@ -263,7 +263,7 @@ def _run(
     arguments: tuple[Any, ...],
 ) -> None:  # fmt: skip
     """Call the function of a worker, in its process."""
-    system.begin_group()  # with all programs that it starts
+    platforms.begin_group()  # with all programs that it starts
     os.dup2(2, 1)  # standard output is for results
     score = Path("/proc/self/oom_score_adj")
     if score.exists():
