@@ -1,17 +1,21 @@
-"""All commands, each with one line of help. A command's module is imported when it is called."""
+"""All commands, each with one line of help, and what other programs bring, by entry points.
+
+A command's module is imported when it is called. A run that asks for a rig of cameras, events over
+networks or the figures of the papers without their program says what to install.
+"""
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from cyclopts import App
 
 from motes import __version__
 from motes.cli.exit_codes import EXIT_CODES
 from motes.cli.option_groups import Help
-from motes.cli.parts import missing
-from motes.core.errors import PluginError
+from motes.core.errors import MissingDependencyError, PluginError
 from motes.core.registry import Registry
 
 
@@ -60,6 +64,28 @@ PROGRAMS = {
 JOINED = Registry[App]("command", "motes.commands", App, PLACES, values=True)
 """Commands that other packages add: ours, and those of users."""
 app.register_install_completion_command(help="Install completion for this shell and exit.")
+
+
+PARTS = Registry[Callable[..., Any]]("part", "motes.parts", Callable, {}, values=True)
+"""What commands of motes leave to other programs."""
+
+
+def part(name: str, need: str, program: str = "fleet") -> Callable[..., Any]:
+    """Return what another program brings.
+
+    Raises a MissingDependencyError if no installed package has it. `name` is that of its entry
+    point, and `need` what needs it, as the subject of an error.
+    """
+    if name not in PARTS:
+        raise missing(need, program)
+    return PARTS.resolve(name)
+
+
+def missing(need: str, program: str) -> MissingDependencyError:
+    """Return the error for something that a program brings which is not installed."""
+    return MissingDependencyError(
+        f"{need} needs motes-{program}; install it with: pip install 'motes[{program}]'."
+    )
 
 
 def commands(tokens: Sequence[str]) -> App:

@@ -9,11 +9,11 @@ from functools import partial
 from pathlib import Path
 
 from motes.cli.annotated_video import painted_scene, painted_target
+from motes.cli.app import part
 from motes.cli.frame_loop import Moment, Tally, run
 from motes.cli.input_checks import check_several, format_of, point_out_corners
 from motes.cli.option_groups import say_rate
 from motes.cli.outputs import Request
-from motes.cli.parts import part
 from motes.cli.streams import log
 from motes.cli.track_options import Begin
 from motes.cli.track_units import check_size, placed_by

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from cyclopts import App
 
+from motes.cli.app import part
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_several, checked_output, numbers_of, point_out_corners
 from motes.cli.load_config import HELP, load_watch_config
@@ -21,7 +22,6 @@ from motes.cli.option_groups import (
     OwnCode,
     say_rate,
 )
-from motes.cli.parts import part
 from motes.cli.watch_options import CountingOptions, ObjectOptions, WatchOutputs
 from motes.core.errors import ConfigError
 from motes.core.track import GROUND
