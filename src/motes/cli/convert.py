@@ -135,8 +135,8 @@ def convert(
     known = History.beside(rows) if source in ("csv", "jsonl") else None
     point_out_unfinished(rows, known)
     facts = _facts(video, size, fps, frames, label, known)
-    if video is not None and TIMES in registry.FORMATS.resolve(form).holds:
-        facts = dataclasses.replace(facts, times=_times(video, fps))
+    if TIMES not in registry.FORMATS.resolve(form).holds:
+        facts = dataclasses.replace(facts, times=())
     recorded = _checked(registry.read(rows, source, facts), rows, facts, fps)
     if identity is not None:
         recorded = _only(recorded, identity, rows)
@@ -220,6 +220,8 @@ def _facts(
     width, height = given = _sides(size)
     name, known_frames, end = UNKNOWN, None, None
     files: Sequence[str] = ()
+    times: Sequence[float] = ()
+    even = fps is not None  # then they follow from the rate
     rated = fps is not None or known is not None  # whose times are checked otherwise
     if video is not None:
         from motes.video.film import Film
@@ -235,6 +237,7 @@ def _facts(
         if is_recorded(video):  # what a container tells may be an estimate
             quick = Film.quickly(video)
             known_frames = len(quick.times)
+            times = () if even or quick.even_rate else quick.times
             end = quick.times[-1] if not (rated or quick.report.assumed) else None
     elif known is not None:
         name, fps, known_frames = known.film, fps or known.fps, known.frames
@@ -249,19 +252,8 @@ def _facts(
         run = range(known.start, 0 if told is None else told + 1, known.stride)
     return FilmFacts(
         source=name, width=width, height=height, frames=frames or known_frames, fps=fps,
-        end=end, label=label, files=files, run=run,
+        end=end, label=label, files=files, run=run, times=times,
     )  # fmt: skip
-
-
-def _times(video: str, fps: float | None) -> Sequence[float]:
-    """Return the times of the frames of a film by its packets; none where its rate gives them."""
-    from motes.video.film import Film
-    from motes.video.sources import is_recorded
-
-    if fps is not None or not is_recorded(video):
-        return ()
-    film = Film.quickly(video)
-    return () if film.even_rate else film.times
 
 
 def _sides(size: str | None) -> tuple[int, int]:

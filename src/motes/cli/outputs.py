@@ -24,6 +24,7 @@ from motes.core import interrupts
 from motes.core.config import Config
 from motes.core.errors import FormatError, InputError, SourceError, counted
 from motes.core.files import check_writable, is_special, leftovers
+from motes.core.track import GROUND
 from motes.correction.history import History
 from motes.formats.mot import line_of
 from motes.formats.recording import LABEL, Recording
@@ -328,8 +329,8 @@ class Request(Generic[Configuration]):
         stride, anew = self.frames.stride, self.overwrite
         return [AnnotatedVideo(path, film, stride, painted, overwrite=anew)]
 
-    def rows(self, film: Source | Film, further: Sequence[str] = ()) -> list[Sink]:
-        """Return what writes the rows, with further columns; none if they are not asked for.
+    def rows(self, film: Source | Film, hindsight: Sequence[str] = ()) -> list[Sink]:
+        """Return what writes the rows, also in metres; none if they are not asked for.
 
         Raises a FormatError if a file exists and must not be overwritten, or cannot be made.
         """
@@ -342,14 +343,15 @@ class Request(Generic[Configuration]):
         if form not in STREAMED:
             return [DocumentOutput(name, form, film, options)]
         kind: Form = "csv" if form == "csv" else "jsonl"
+        further = hindsight if self.units is None else (*hindsight, *GROUND)
         writer = TrackWriter(
             name, kind, overwrite=options.overwrite, resume=self.resume, further=further
         )
         return [RowsOutput(writer, options.label, resume=self.resume)]
 
-    def remembered_rows(self, film: Source, further: Sequence[str] = ()) -> list[Sink]:
+    def remembered_rows(self, film: Source) -> list[Sink]:
         """Return what writes the rows, after what writes their history."""
-        outputs, rows = self.rows(film, further), self.remembered
+        outputs, rows = self.rows(film), self.remembered
         if rows is None:
             return outputs
         history = History.of_run(

@@ -26,7 +26,7 @@ from motes.core.errors import counted
 from motes.core.files import check_writable
 from motes.core.frame import Frame
 from motes.core.interrupts import deferred
-from motes.core.track import GROUND, Status, Track
+from motes.core.track import Status, Track
 from motes.correction.history import History, Marks
 from motes.correction.join import Stretch
 from motes.correction.keyframes import check_keyframes
@@ -61,7 +61,7 @@ def track_between(
         for each in (path, History.path(path)):
             check_writable(each, asked.overwrite)
     videos = asked.pictures(film, painted_target(metres=units is not None))
-    rows = asked.rows(film, HINDSIGHT if units is None else (*HINDSIGHT, *GROUND))
+    rows = asked.rows(film, HINDSIGHT)
     run = KeyframeRun(film, asked, history)
     try:
         try:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Generator, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from functools import partial
 from pathlib import Path
 
-from motes.cli.annotated_video import painted_scene, painted_target
+from motes.cli.annotated_video import Paint, painted_scene, painted_target
 from motes.cli.app import part
 from motes.cli.frame_loop import Moment, Tally, run
 from motes.cli.input_checks import check_several, format_of, point_out_corners
@@ -19,7 +19,7 @@ from motes.cli.track_options import Begin
 from motes.cli.track_units import check_size, placed_by
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
-from motes.core.track import GROUND, Status, Track
+from motes.core.track import Status, Track
 from motes.mot.analytics.real_units import GroundMotion
 from motes.mot.analytics.regions import Regions
 from motes.rows.schema import FORMS
@@ -37,7 +37,28 @@ EVENTS = 6
 def track_one(
     asked: Request[TrackerConfig], tracker: Tracker, begin: Begin, figures: Path | None
 ) -> int:
-    """Track one object, with the figures of the papers in a folder; return the exit code.
+    """Track one object, with the figures of the papers in a folder; return the exit code."""
+    chooses = isinstance(tracker.config, ParticleFilter) and tracker.config.budget is not None
+    moments, tally = partial(follow, tracker, begin), TargetTally(budget=chooses)
+    return _tracked(asked, moments, painted_target(metres=asked.units is not None), tally, figures)
+
+
+def track_several(asked: Request[TrackerConfig], regions: Sequence[Sequence[float]]) -> int:
+    """Track the objects in regions of the first frame; their identities count from 1."""
+    if asked.output is not None:
+        check_several(asked.output, asked.outputs.format)
+    moments = partial(_follow_several, Trackers(asked.config, asked.seed), regions)
+    return _tracked(asked, moments, painted_scene(Regions()), ObjectsTally(len(regions)))
+
+
+def _tracked(
+    asked: Request[TrackerConfig],
+    moments: Callable[..., Generator[Moment, None, None]],
+    paint: Paint,
+    tally: Tally,
+    figures: Path | None = None,
+) -> int:
+    """Write the moments of a run, in which `motion` is measured if there are units.
 
     Raises a ConfigError if an option makes no sense with the source or the output.
     """
@@ -51,16 +72,14 @@ def track_one(
         check_size(units, film.name, film.width, film.height)
         say_rate(film)
         say_alone(film)
-        opened = asked.pictures(film, painted_target(metres=units is not None))
+        opened = asked.pictures(film, paint)
         if figures is not None:
             drawn = part("figures", "--figures", "lab")
-            opened.append(drawn(figures, tracker.config, overwrite=asked.overwrite))
+            opened.append(drawn(figures, asked.config, overwrite=asked.overwrite))
+        opened += asked.remembered_rows(film)
         motion = None if units is None else GroundMotion(units)
-        moments = partial(follow, tracker, begin, motion=motion)
-        opened += asked.remembered_rows(film, () if units is None else GROUND)
-        chooses = isinstance(tracker.config, ParticleFilter) and tracker.config.budget is not None
         quiet = output == "-" and sys.stdout.isatty()
-        return run(film, opened, moments, TargetTally(budget=chooses), quiet=quiet)
+        return run(film, opened, partial(moments, motion=motion), tally, quiet=quiet)
 
 
 def follow(
@@ -75,39 +94,27 @@ def follow(
         else:
             begun = begin(tracker, frame) is not None
         info, seconds = tracker.info if begun else None, time.perf_counter() - clock
-        track = info.track if info else Track.nowhere(frame.index, frame.time)
-        placed = placed_by(motion, [track])
-        yield Moment(frame, placed, info, seconds)
+        tracks: Sequence[Track] = [info.track if info else Track.nowhere(frame.index, frame.time)]
+        yield Moment(frame, placed_by(motion, tracks) if motion else tracks, info, seconds)
 
 
-def track_several(asked: Request[TrackerConfig], regions: Sequence[Sequence[float]]) -> int:
-    """Track the objects in regions of the first frame; their identities count from 1."""
-    if asked.output is not None:
-        check_several(asked.output, asked.outputs.format)
-    trackers, tally = Trackers(asked.config, asked.seed), ObjectsTally(len(regions))
-    units = asked.units
-    motion = None if units is None else GroundMotion(units)
-
-    def moments(pictures: Iterator[Frame]) -> Generator[Moment, None, None]:
-        for frame in pictures:
-            clock = time.perf_counter()
-            begun = bool(trackers.each)
-            tracks = trackers.update(frame) if begun else trackers.init(frame, regions)
-            seconds = time.perf_counter() - clock
-            for region, tracker in () if begun else zip(regions, trackers.each, strict=True):
-                point_out_corners(region, frame.width, frame.height)
-                if tracker.info.note is not None:
-                    log(tracker.info.note)
-            placed = placed_by(motion, tracks)
-            yield Moment(frame, placed, None, seconds)
-
-    with asked.frames.open(asked.source) as film:
-        check_size(units, film.name, film.width, film.height)
-        say_rate(film)
-        say_alone(film)
-        opened = asked.pictures(film, painted_scene(Regions()))
-        opened += asked.remembered_rows(film, () if units is None else GROUND)
-        return run(film, opened, moments, tally)
+def _follow_several(
+    trackers: Trackers,
+    regions: Sequence[Sequence[float]],
+    frames: Iterable[Frame],
+    motion: GroundMotion | None,
+) -> Generator[Moment, None, None]:
+    """Yield a moment for each frame, as `follow`."""
+    for frame in frames:
+        clock = time.perf_counter()
+        begun = bool(trackers.each)
+        tracks: Sequence[Track] = trackers.update(frame) if begun else trackers.init(frame, regions)
+        seconds = time.perf_counter() - clock
+        for region, tracker in () if begun else zip(regions, trackers.each, strict=True):
+            point_out_corners(region, frame.width, frame.height)
+            if tracker.info.note is not None:
+                log(tracker.info.note)
+        yield Moment(frame, placed_by(motion, tracks) if motion else tracks, None, seconds)
 
 
 def say_alone(film: Source) -> None:

@@ -93,10 +93,8 @@ def check_size(units: RealUnits | None, film: str, width: int, height: int) -> N
             f"metres there.")  # fmt: skip
 
 
-def placed_by(motion: GroundMotion | None, tracks: Sequence[Track]) -> Sequence[Track]:
-    """Return tracks with places on the ground, if motion is measured; log when one has none."""
-    if motion is None:
-        return tracks
+def placed_by(motion: GroundMotion, tracks: Sequence[Track]) -> Sequence[Track]:
+    """Return tracks with their places on the ground; log when the first one has none."""
     before, placed = motion.note, motion.update(tracks)
     if motion.note not in (None, before):
         log(motion.note)

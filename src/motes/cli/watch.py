@@ -24,7 +24,6 @@ from motes.cli.option_groups import (
 )
 from motes.cli.watch_options import CountingOptions, ObjectOptions, WatchOutputs
 from motes.core.errors import ConfigError
-from motes.core.track import GROUND
 
 if TYPE_CHECKING:
     from motes.cli.frame_loop import Sink
@@ -140,7 +139,7 @@ def watch(
             opened.append(Heatmap(outputs.heatmap, overwrite=outputs.overwrite))
         if outputs.paths is not None:
             opened.append(Paths(outputs.paths, overwrite=outputs.overwrite))
-        opened += asked.remembered_rows(film, () if asked.units is None else GROUND)
+        opened += asked.remembered_rows(film)
         return watch_scene(film, scene, counter, opened, asked.units, turns=counting.turns)
 
 

@@ -58,7 +58,7 @@ def counted_moments(
         for frame, tracks in found:
             named = [each for each in tracks if each.identity != ANONYMOUS]
             events = counter.update(named, frame.time)
-            placed, totals = placed_by(motion, tracks), dict(counter.totals)
+            placed, totals = placed_by(motion, tracks) if motion else tracks, dict(counter.totals)
             moment = Moment(frame, placed, None, 0.0, events, counter.undecided, totals)
             before, last = last, moment
             if before is not None:
