@@ -30,8 +30,7 @@ from motes.correction.join import Stretch, enclosing
 from motes.correction.passes import run_pass
 from motes.sot.presets import preset
 from motes.synthetic.clips import Clip
-from motes.video.film import Film
-from motes.video.frame_sharing import FrameReader
+from motes.video.film import Film, FrameReader
 from motes_lab.datasets.sot import load_dataset
 from motes_lab.metrics.sot import CHI_SQUARE_95
 from motes_lab.report import markdown

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from backgrounds import NEEDS_CV2
 from motes import kernels
 from motes.kernels.structures import HoldLimits, LightLimits, MixtureLearning
-from motes.mot.detection.mixture import Mixture
+from motes.mot.detection.background_model import Mixture
 from motes.mot.detection.planes import Planes, planes_of, window_sums
 from oracles import mosaic
 

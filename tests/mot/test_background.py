@@ -12,10 +12,11 @@ from backgrounds import NO_CV2
 from motes import ConfigError, Detection, Frame, SourceError, read_image
 from motes.core.geometry import Box, iou
 from motes.kernels.structures import LightLimits
-from motes.mot.detection import background, ghosts
+from motes.mot.detection import background, foreground
 from motes.mot.detection.background import BackgroundConfig, BackgroundDetector
+from motes.mot.detection.background_model import SelectiveUpdate
 from motes.mot.detection.blobs import blobs, shared
-from motes.mot.detection.ghosts import without_ghosts
+from motes.mot.detection.foreground import without_ghosts
 from motes.mot.detection.illumination import (
     Background,
     with_enclosed,
@@ -24,7 +25,6 @@ from motes.mot.detection.illumination import (
 )
 from motes.mot.detection.planes import planes_of
 from motes.mot.detection.pretrained import PeopleDetector, RecordedDetections
-from motes.mot.detection.selective_update import SelectiveUpdate
 from motes.mot.detection.sway import BLOCKS, FARTHEST, FEWEST, Sway, moved
 from motes.mot.scene import LAG, Scene
 
@@ -353,7 +353,7 @@ def test_a_patch_that_fills_the_picture_has_no_outline_and_stays() -> None:
 def test_who_walks_off_leaves_no_ghost(monkeypatch: pytest.MonkeyPatch) -> None:
     """Somebody is in the first frame, which makes the background, and leaves from frame 3 on."""
     for share, left in ((0.5, 0), (0.0, 1)):
-        monkeypatch.setattr(ghosts, "GHOST", share)
+        monkeypatch.setattr(foreground, "GHOST", share)
         detector = BackgroundDetector()
         for index in range(7):
             place = GONE._replace(x=100.0 - 8 * max(0, index - 3))
@@ -601,7 +601,7 @@ def test_a_prepared_detector_finds_who_is_in_the_first_frame(
 
     The film is read from a later time on, as with --start.
     """
-    monkeypatch.setattr(ghosts, "GHOST", 0.0)
+    monkeypatch.setattr(foreground, "GHOST", 0.0)
     film = [frame(index, 20 + 3 * (index - 500)) for index in range(500, 540)]
     for prepared in (True, False):
         detector = BackgroundDetector()
@@ -618,7 +618,7 @@ def test_a_detector_that_is_not_prepared_learns_the_usual_colors_by_and_by(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Who stands in the first frame leaves a ghost, until it is seen that the place is free."""
-    monkeypatch.setattr(ghosts, "GHOST", 0.0)
+    monkeypatch.setattr(foreground, "GHOST", 0.0)
     film = [frame(index, 20 + 3 * index) for index in range(36)]
     counts = {}
     for preview in (0.0, 2.9, 30.0):  # the sixteenth frame, of which it is told, is at 3 s
@@ -632,7 +632,7 @@ def test_a_detector_that_is_not_prepared_learns_the_usual_colors_by_and_by(
 def test_after_another_light_the_usual_colors_are_learned_anew(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(ghosts, "GHOST", 0.0)
+    monkeypatch.setattr(foreground, "GHOST", 0.0)
     film = [frame(index, 3 * index) for index in range(45)]
     for picture in film[8:]:
         picture.pixels[:] //= 3

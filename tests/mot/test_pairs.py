@@ -5,9 +5,8 @@ import pytest
 
 from motes.core.geometry import Box, Ellipse
 from motes.core.types import Floats
-from motes.mot import assignment, overlaps, pairs
-from motes.mot.assignment import assign, assign_pairs
-from motes.mot.association import PART, near
+from motes.mot import association, overlaps, pairs
+from motes.mot.association import PART, assign, assign_pairs, near
 from motes.mot.overlaps import inscribed, intersection_over_first, without_duplicates
 from motes.mot.pairs import candidates, meeting
 
@@ -91,7 +90,7 @@ def test_each_detection_drops_those_after_it_that_are_the_same(
 def test_assignment_of_pairs_is_that_of_a_matrix(
     dense: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(assignment, "DENSE", dense)
+    monkeypatch.setattr(association, "DENSE", dense)
     rng = np.random.default_rng(0)
     for _ in range(60):
         n, m = (int(k) for k in rng.integers(1, 30, 2))

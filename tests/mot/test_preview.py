@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from motes import kernels
-from motes.mot.detection.preview import DENSEST, HALF, MOST, Preview, usual_colors
+from motes.mot.detection.background_model import DENSEST, HALF, KEPT, Preview, usual_colors
 
 Pictures = NDArray[np.uint8]
 
@@ -30,7 +30,7 @@ def usual_by_numpy(pictures: Pictures) -> Pictures:
     return usual
 
 
-@pytest.mark.parametrize("count", [1, 2, 3, 7, 16, 30, MOST])
+@pytest.mark.parametrize("count", [1, 2, 3, 7, 16, 30, KEPT])
 @pytest.mark.parametrize("levels", [5, 256])
 def test_usual_colors_equal_those_by_numpy(count: int, levels: int) -> None:
     """With few levels many pictures are equally bright, and many groups equally close."""
@@ -65,7 +65,7 @@ def test_the_usual_colors_are_found_though_objects_cover_them_most_of_the_time()
     ("shape", "group", "out"),
     [
         ((0, 4, 9), 1, (4, 9)),
-        ((MOST + 1, 4, 9), 11, (4, 9)),
+        ((KEPT + 1, 4, 9), 11, (4, 9)),
         ((3, 4, 9), 0, (4, 9)),
         ((3, 4, 9), 4, (4, 9)),
         ((3, 4, 10), 1, (4, 10)),
@@ -88,6 +88,6 @@ def test_the_pictures_that_are_kept_are_spread_over_all_the_time() -> None:
         picture[:] = 255  # a caller may write the next one there
         kept = preview.pictures[:, 0, 0, 0].tolist()
         step = kept[1] if number else 1
-        assert kept == list(range(0, number + 1, step))[:MOST]
+        assert kept == list(range(0, number + 1, step))[:KEPT]
         assert len(kept) >= min(number + 1, HALF)
     assert told == [15, 30, 60, 120]

@@ -15,9 +15,9 @@ from coded import KINDS, video
 from motes import SourceError, open_source
 from motes.video import DamagedError, Film, Seeker
 from motes.video import film as film_module
-from motes.video import frame_sharing as shared_module
+from motes.video import film as shared_module
 from motes.video.decoder import Decoder
-from motes.video.frame_sharing import Shared, shared
+from motes.video.film import Shared, shared
 from motes.video.report import Report, Stamped
 
 

@@ -17,8 +17,7 @@ from motes.correction.keyframes import Keyframes, Marks, check_keyframes, keyfra
 from motes.correction.passes import Course, check_tracks, run_pass
 from motes.sot.algorithm import StepInfo
 from motes.sot.presets import TrackerConfig, preset
-from motes.video.film import Film
-from motes.video.frame_sharing import FrameReader, shared
+from motes.video.film import Film, FrameReader, shared
 
 
 def correct(

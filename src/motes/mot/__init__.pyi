@@ -1,6 +1,6 @@
 """The public names of this package."""
 
-from .assignment import assign as assign
+from .association import assign as assign
 from .expected import Expected as Expected
 from .look import Look as Look
 from .overlaps import intersection_over_first as intersection_over_first

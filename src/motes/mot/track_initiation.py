@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from motes.core.detection import Detection
 from motes.core.geometry import Box
 from motes.core.types import Floats
-from motes.mot.assignment import assign_pairs
+from motes.mot.association import assign_pairs
 from motes.mot.overlaps import as_rows, nested_pairs, overlapping_pairs
 from motes.mot.scene_config import Initiation
 

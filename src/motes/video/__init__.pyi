@@ -2,9 +2,9 @@
 
 from .film import DamagedError as DamagedError
 from .film import Film as Film
-from .frame_sharing import FrameReader as FrameReader
-from .frame_sharing import fits as fits
-from .frame_sharing import shared as shared
+from .film import FrameReader as FrameReader
+from .film import fits as fits
+from .film import shared as shared
 from .image_files import IMAGE_ENDINGS as IMAGE_ENDINGS
 from .newest import Newest as Newest
 from .reconnect import pauses as pauses

@@ -20,21 +20,24 @@ from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.types import Bytes
 from motes.kernels.structures import LightLimits
+from motes.mot.detection.background_model import (
+    FIRST,
+    Mixture,
+    Preview,
+    SelectiveUpdate,
+    usual_colors,
+)
 from motes.mot.detection.blobs import blobs
 from motes.mot.detection.exposure import Exposure, tables_of
-from motes.mot.detection.foreground_memory import ForegroundMemory
-from motes.mot.detection.ghosts import without_ghosts
+from motes.mot.detection.foreground import ForegroundMemory, without_ghosts
 from motes.mot.detection.illumination import (
     Background,
     with_enclosed,
     without_light,
     without_tremble,
 )
-from motes.mot.detection.mixture import FIRST, Mixture
 from motes.mot.detection.planes import Planes, planes_of
-from motes.mot.detection.preview import Preview, usual_colors
 from motes.mot.detection.reference_image import ReferenceImage
-from motes.mot.detection.selective_update import SelectiveUpdate
 from motes.mot.detection.sway import FARTHEST, LASTS, STEP, Sway, moved, unseen
 
 BRIGHTEST = 250
@@ -118,9 +121,9 @@ class BackgroundDetector:
     A camera that sways by a few pixels counts as fixed (`sway`).
 
     A pixel is foreground if it differs from the background in more than its light (`illumination`),
-    or was a known object's in the frame before (`foreground_memory`). Foreground is not learned for
+    or was a known object's in the frame before (`foreground`). Foreground is not learned for
     a time (`SelectiveUpdate`). A patch without edges of its own is no object: an object that has
-    become background there has left the place (`ghosts`). A frame that is mostly foreground, as
+    become background there has left the place (`foreground`). A frame that is mostly foreground, as
     when a light is switched on, has no detections, and the background is learned anew from it on.
 
     Parameters

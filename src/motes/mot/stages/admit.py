@@ -10,7 +10,7 @@ from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.types import Floats
-from motes.mot.assignment import assign
+from motes.mot.association import assign
 from motes.mot.expected import Expected
 from motes.mot.scene_config import SceneConfig
 from motes.mot.tracked_object import TrackedObject

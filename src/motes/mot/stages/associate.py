@@ -10,8 +10,7 @@ from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.types import Floats
-from motes.mot.assignment import assign_pairs
-from motes.mot.association import model_distances
+from motes.mot.association import assign_pairs, model_distances
 from motes.mot.overlaps import as_rows, merged_blobs, overlapping_pairs
 from motes.mot.scene_config import SceneConfig
 from motes.mot.tracked_object import TrackedObject

@@ -9,8 +9,7 @@ from msgspec.structs import replace
 
 from motes.core.detection import Detection
 from motes.core.frame import Frame
-from motes.mot.assignment import assign_pairs
-from motes.mot.association import model_distances, near
+from motes.mot.association import assign_pairs, model_distances, near
 from motes.mot.overlaps import as_rows
 from motes.mot.scene_config import SceneConfig
 from motes.mot.tracked_object import TrackedObject, confirmed
