@@ -80,12 +80,6 @@ from .mot.detection.pretrained import (
     FaceDetector as FaceDetector,
 )
 from .mot.detection.pretrained import (
-    FacesConfig as FacesConfig,
-)
-from .mot.detection.pretrained import (
-    PeopleConfig as PeopleConfig,
-)
-from .mot.detection.pretrained import (
     PeopleDetector as PeopleDetector,
 )
 from .mot.scene import Scene as Scene
