@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import tomllib
 from pathlib import Path
@@ -56,3 +57,28 @@ def test_workflows_install_all_that_is_not_published_from_the_checkout() -> None
         ours = {re.match(r"[\w-]+", each)[0] for each in wanted if each.startswith("motes")}  # type: ignore[index]
         assert ours <= here, line
     assert found == 2
+
+
+def test_the_image_is_made_of_what_is_here() -> None:
+    """Nothing here builds images: instructions are read, and what they name is looked up."""
+    text = (ROOT / "Dockerfile").read_text("utf-8")
+    ignored = (ROOT / ".dockerignore").read_text("utf-8").splitlines()
+    code = re.sub(r"^#.*\n", "", text, flags=re.M).replace("\\\n", "")
+    made = dict(re.findall(r"^([A-Z]+) (.+)", code, re.M))
+    assert {*re.findall(r"^\S+", code, re.M)} == {*made} == {
+        "ARG", "FROM", "RUN", "WORKDIR", "COPY", "USER", "ENTRYPOINT", "CMD"
+    }  # fmt: skip
+    assert {*re.findall(r"\$\{?(\w+)", code)} == {*re.findall(r"^ARG (\w+)=", code, re.M)}
+    assert re.findall(r"from=(\w+)", code) == re.findall(r" AS (\w+)", code)
+    folders = re.findall(r"--wheel-dir \S+ (.+)", code)[0].split()
+    for folder in folders:
+        for name in ("src", "pyproject.toml", "README.md"):
+            assert (ROOT / folder / name).exists()
+            assert f"!{Path(folder, name).parts[0]}" in ignored
+    packages = {each["name"]: each for each in map(project, folders)}
+    for page in ("Dockerfile", "docs/quickstart.md", "docs/examples/worker.Dockerfile"):
+        ((name, added),) = re.findall(r"PACKAGES='(.+)\[(.+)\]'", (ROOT / page).read_text("utf-8"))
+        assert {*added.split(",")} <= {*packages[name]["optional-dependencies"]}
+    (program,) = json.loads(made["ENTRYPOINT"])
+    assert program in project(".")["scripts"]
+    assert json.loads(made["CMD"]) == ["--help"]
