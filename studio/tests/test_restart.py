@@ -8,6 +8,7 @@ import pytest
 
 from motes_studio import messages
 from studios import Page, Program, begin, film, looking, running
+from waiting import PATIENCE
 
 pytestmark = pytest.mark.slow
 
@@ -34,7 +35,7 @@ sys.exit(main(["studio", "--headless", "--port", "0", "--data", sys.argv[1]]))
 def test_ctrl_c_at_once_ends_it_in_one_line(tmp_path: Path) -> None:
     """It comes while the loop is made, in which an interrupt would leave half a loop."""
     line = [sys.executable, "-c", INTERRUPTED, str(tmp_path)]
-    done = subprocess.run(line, capture_output=True, text=True, timeout=60)
+    done = subprocess.run(line, capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == 130
     assert done.stderr.count("\n") == 1, done.stderr
 
@@ -43,7 +44,7 @@ def test_two_do_not_use_the_same_data(tmp_path: Path) -> None:
     """The second one is refused, and names the first one, until that is killed."""
     line = [sys.executable, "-m", "motes", "studio", "--headless", "--data", str(tmp_path)]
     with Program(tmp_path, tmp_path) as program:
-        done = subprocess.run(line, capture_output=True, text=True, timeout=60)
+        done = subprocess.run(line, capture_output=True, text=True, timeout=PATIENCE)
         assert (done.returncode, done.stderr) == (
             5,
             f"motes: error: Another motes studio uses {tmp_path}; use that one, at "

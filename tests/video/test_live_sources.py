@@ -27,7 +27,7 @@ from motes.video import Newest, decoder, newest, pace, reconnect
 from motes.video.pace import Pace
 from motes.video.sources import is_recorded, open_source
 from streams import camera, server
-from waiting import wait_until
+from waiting import PATIENCE, wait_until
 
 HEAD = b"HTTP/1.0 200 OK\r\n"
 
@@ -325,7 +325,7 @@ def test_the_end_ends_who_waits() -> None:
         other = threading.Thread(target=lambda: got.extend(frames))
         other.start()
         film.stop()
-    other.join(20)
+    other.join(PATIENCE)
     assert not other.is_alive()
     assert got == []
 
