@@ -49,9 +49,8 @@ check: lint
 test: ready
 	@$(MAKE) --no-print-directory -j 2 lint suite
 
-# Neighbors stay in one process, which then makes what they share once.
 suite: ready $(COMPILED)
-	$(BIN)/python -m pytest -m '' -n auto --dist worksteal
+	$(BIN)/python -m pytest -m '' -n auto
 
 # The first time, modules are compiled before all workers need them; later, few have changed.
 $(COMPILED): | ready

@@ -5,8 +5,10 @@ from __future__ import annotations
 import os
 import signal
 import sys
+from collections import defaultdict
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import settings
@@ -40,6 +42,10 @@ os.umask(0o022)
 os.environ["no_proxy"] = os.environ["NO_PROXY"] = "*"
 
 
+TOOK: defaultdict[str, float] = defaultdict(float)
+"""Seconds of each test of this run."""
+
+
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
     """Return the cores, and one more where tests wait for a browser."""
@@ -48,13 +54,50 @@ def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
     return cores() + ("not browser" not in config.getoption("markexpr"))
 
 
+def shared(nodeid: str) -> str:
+    """Return the file of a test, or its folder where that has fixtures of its own."""
+    file = Path(nodeid.partition("::")[0])
+    own = Path(__file__).parent / file.with_name("conftest.py")
+    return str(file.parent if own.exists() else file)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Give a worker that is free all tests that share fixtures, in the order of the items."""
+    from xdist.scheduler import LoadFileScheduling  # type: ignore[import-untyped]
+
+    config.option.loadscopereorder = False
+    scheduling = LoadFileScheduling(config, log)
+    scheduling._split_scope = shared
+    return scheduling
+
+
 @pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark what needs a browser or a cluster: it asks for the fixture that starts one."""
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Mark what asks for a browser or a cluster; for workers, what took longest comes first."""
+    cache = getattr(config, "cache", None)  # which `-p no:cacheprovider` takes away
+    last = cache.get("motes/seconds", {}) if cache else {}
+    seconds: defaultdict[str, float] = defaultdict(float)
     for item in items:
         for fixture, mark in (("browser", "browser"), ("any_cluster", "ray")):
             if fixture in getattr(item, "fixturenames", ()):
                 item.add_marker(mark)
+        marked = {"slow", "browser", "ray"} & {mark.name for mark in item.iter_markers()}
+        seconds[shared(item.nodeid)] += last.get(item.nodeid, 1.0 if marked else 0.02)
+    if hasattr(config, "workerinput"):
+        items.sort(key=lambda item: -seconds[shared(item.nodeid)])
+
+
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
+    """Note how long a test takes, with what it shares."""
+    TOOK[report.nodeid] += report.duration
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Keep it for the next run."""
+    cache = getattr(session.config, "cache", None)
+    if cache and not hasattr(session.config, "workerinput"):
+        cache.set("motes/seconds", cache.get("motes/seconds", {}) | TOOK)
 
 
 @pytest.fixture(scope="session")
