@@ -250,6 +250,10 @@ class EventCounter:
             # hidden for more than half a second may be anywhere.
             lately = walk.feet[-1][0] - walk.feet[0][0]
             jumped = walk.continued or walk.off(foot, time, lately) > limit
+            if jumped and walk.rows == 2:  # or its second box did, before it had a way
+                for name in self._lines.keys() & walk.pending.keys():
+                    self.left_out[name, JUMPED] += 1
+                    del walk.pending[name]
         if walk.continued:
             walk.continued, walk.crossed = False, []
         walk.step(time, foot, cut=box.is_cut(self._size), ground=self._ground)
