@@ -8,6 +8,7 @@ from msgspec.structs import replace
 
 from forks import in_a_child
 from motes import ConfigError, Ellipse, EventCounter, Ground, Regions, Status, Track
+from motes.core.track import GROUND
 from motes.mot.analytics.lens import Lens
 from motes.mot.analytics.real_units import (
     GroundMotion,
@@ -178,7 +179,11 @@ def test_a_row_of_a_live_run_is_as_sure_as_it_says_but_never_exact() -> None:
 def test_a_box_that_was_drawn_does_not_hold_the_line() -> None:
     """The first box has no deviation, and yet may be off, as it is by hand."""
     motion = GroundMotion(RealUnits(Ground(scale=50.0)))
-    motion.update([track(0, 3.0, 0.0, covariance=0.0)])
+    (first,) = motion.update([track(0, 3.0, 0.0, covariance=1e-24)])  # by rounding
+    assert [first.further[name] for name in GROUND[:4]] == [0.06, 0.0, None, None]
+    live = seen_live(first)
+    assert live is not None
+    assert np.isfinite(live.covariance).all()
     places = [motion.update([track(n, 2.0 * n, 0.0)])[0] for n in range(1, 8)]
     x = np.array([3.0, *(2.0 * n for n in range(1, 8))]) / 50
     assert places[-1].number("speed") == pytest.approx(np.polyfit(np.arange(8) / 25, x, 1)[0])

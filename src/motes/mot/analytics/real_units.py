@@ -21,7 +21,7 @@ from msgspec.structs import replace
 from motes.core.config import Config
 from motes.core.errors import ConfigError
 from motes.core.geometry import Ellipse
-from motes.core.track import GROUND, Status, Track, finite
+from motes.core.track import GROUND, ROUNDING, Status, Track, finite
 from motes.core.types import Floats
 from motes.mot.analytics.ground_plane import Ground, Point
 from motes.mot.analytics.lens import Lens
@@ -32,7 +32,6 @@ STEP = 1e-3
 LEAST_POINTS = 3
 """Places that a speed needs, even if they take longer: two leave nothing to see scatter by."""
 NO_SPEED = math.nan, math.nan
-
 
 Columns = Mapping[str, float | None]
 """Where a target is on the ground, and how fast: the further columns `GROUND` of its row.
@@ -147,6 +146,8 @@ class GroundMotion:
                 speed = speed_of(past) if len(past) >= LEAST_POINTS else NO_SPEED
             self._known[each.identity] = past, speed
             columns = {} if seen is None else seen.at_speed(speed)
+            if seen is not None and np.trace(each.covariance) < ROUNDING:
+                columns = {**columns, **dict.fromkeys(GROUND[2:4])}  # no particles are spread yet
             placed.append(replace(each, further={**each.further, **columns}))
         return placed
 
@@ -204,12 +205,12 @@ def seen_live(track: Track | None) -> Seen | None:
     """Return where the row of a live run has a target in metres; None where it has it nowhere.
 
     A row has no covariance of x and y; it is taken to be 0. A live run has no keyframes: a place
-    whose deviation is 0, as that of the first frame, is not taken to be exact.
+    without a deviation, as that of the first frame, or with 0, is not taken to be exact.
     """
     if track is None or not math.isfinite(track.number("x_m")):
         return None
     x, y, *deviations = (track.number(name) for name in GROUND[:4])
-    variances = np.maximum(np.square(deviations), np.finfo(float).tiny)
+    variances = np.fmax(np.square(deviations), np.finfo(float).tiny)
     return Seen(track.time, np.array([x, y]), np.diag(variances))
 
 
