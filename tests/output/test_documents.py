@@ -97,8 +97,10 @@ def test_a_label_that_no_tool_takes(
 @pytest.mark.parametrize("command", [f"track FILM {BOX}", f"track FILM {BOX} --init 5,5,20,20",
                                      "track FILM --at 2=60,40,20,30", "watch FILM"])  # fmt: skip
 def test_rows_keep_a_label(go: Go, command: str) -> None:
-    assert go(f"{command} --label sea-bird -o a.csv")[0] == 0
+    for name, label in (("a", "--label sea-bird"), ("plain", "")):
+        assert go(f"{command} {label} -o {name}.csv --overlay {name}.mp4")[0] == 0
     assert {*read_track("a.csv")["label"]} == {"sea-bird"}
+    assert Path("a.mp4").read_bytes() != Path("plain.mp4").read_bytes()
     if command == f"track FILM {BOX}":
         assert go("smooth a.csv -o b.csv")[0] == 0
         assert {*read_track("b.csv")["label"]} == {"sea-bird"}

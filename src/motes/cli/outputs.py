@@ -25,6 +25,7 @@ from motes.core.config import Config
 from motes.core.errors import FormatError, InputError, SourceError, counted
 from motes.core.files import check_writable, is_special, leftovers
 from motes.core.track import GROUND
+from motes.core.types import Bytes
 from motes.correction.history import History
 from motes.formats.mot import line_of
 from motes.formats.recording import LABEL, Recording
@@ -41,15 +42,6 @@ from motes.video.film import Film
 from motes.video.sources import Source, is_recorded
 
 
-def labeled(row: FrameRow, label: str | None) -> FrameRow:
-    """Return a frame's rows in which objects without a class have this one, if it is given."""
-    if label is None:
-        return row
-    return replace(
-        row, objects=tuple(replace(each, label=each.label or label) for each in row.objects)
-    )
-
-
 class RowsOutput(Sink):
     """Rows of motes in a file or on standard output; objects without a class get `label`."""
 
@@ -59,7 +51,7 @@ class RowsOutput(Sink):
 
     def write(self, moment: Moment) -> None:
         """Add a frame's rows."""
-        self._writer.add(labeled(moment.rows, self._label))
+        self._writer.add(moment.rows.labeled(self._label))
 
     @property
     def result(self) -> str | None:
@@ -152,8 +144,7 @@ class DocumentOutput(Sink):
         """Add the objects of a frame that have a place, and the name of the frame's image."""
         film, files = self._film, self._film.files
         label = self._options.label
-        row = labeled(row, label)
-        objects = tuple(each for each in row.objects if each.placed)
+        objects = tuple(each for each in row.labeled(label).objects if each.placed)
         searched = tuple(each.identity for each in row.objects if each.searched)
         try:
             if self._journal is None:
@@ -326,8 +317,12 @@ class Request(Generic[Configuration]):
         """Return the output --overlay, whose pictures `painted` makes."""
         if (path := self.outputs.overlay) is None:
             return []
-        stride, anew = self.frames.stride, self.overwrite
-        return [AnnotatedVideo(path, film, stride, painted, overwrite=anew)]
+
+        def named(moment: Moment) -> Bytes:
+            tracks = moment.rows.labeled(self.outputs.label).objects
+            return painted(dataclasses.replace(moment, tracks=tracks))
+
+        return [AnnotatedVideo(path, film, self.frames.stride, named, overwrite=self.overwrite)]
 
     def rows(self, film: Source | Film, hindsight: Sequence[str] = ()) -> list[Sink]:
         """Return what writes the rows, also in metres; none if they are not asked for.

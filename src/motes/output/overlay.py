@@ -66,7 +66,7 @@ def draw(
         interrupts the line.
     label
         Text for the upper left corner, above a bar of the confidence. By default the frame's
-        number, the status and the confidence; "" for no label.
+        number, the class, the status and the confidence; "" for no label.
 
     Raises
     ------
@@ -176,8 +176,9 @@ def _region(
 
 
 def describe(track: Track) -> str:
-    """Return what an overlay says of a track: frame, status and confidence."""
-    return f"{track.frame}  {track.status}  {track.confidence:.2f}"
+    """Return what an overlay says of a track: frame, class, status and confidence."""
+    words = track.frame, in_font(track.label or ""), track.status, f"{track.confidence:.2f}"
+    return "  ".join(str(word) for word in words if word != "")
 
 
 @lru_cache
