@@ -447,6 +447,7 @@ def test_a_folder_with_other_files_is_not_replaced(go: Tell) -> None:
         ("convert one.csv", 2, "Two names are needed"),
         ("convert one.csv b.xml --from xls", 2, "There is no format 'xls'; known are csv"),
         ("convert one.csv b.xml --to journal", 2, "journal cannot be written"),
+        ("convert one.csv b.ZIP --to cvat", 2, "b.ZIP: no archives are made; give another name"),
         ("convert one.csv b.xml --size 3", 2, "--size is '3'; give width and height as 640x480"),
         ("convert one.csv b.xml --fps 0", 2, "--fps is 0; give a number"),
         ("convert one.csv b.csv --fps 10", 2, "--fps is 10, and one.csv has times of its own"),
