@@ -297,6 +297,8 @@ def test_a_frame_rate_that_is_assumed_is_said_once(go: Tell) -> None:
     assert go("convert one.vot.txt h.csv --video film --fps 10")[0] == 0
     last = read_csv("h.csv")[-1]
     assert float(last["time"]) == pytest.approx(int(last["frame"]) / 10)
+    assert go(f"{TRACK} --init 20,10,16,20 --fps 10 -o run.csv")[0] == 0
+    go.says("convert run.csv run.json --video film", 0, "assumed", told=False)
 
 
 @pytest.mark.parametrize("name", ["gt/gt.txt", "det/det.txt", "results.txt"])

@@ -228,8 +228,9 @@ def _facts(
         from motes.video.sources import is_recorded, open_source
 
         with open_source(video, fps=fps) as film:
-            say_rate(film)
-            if known is not None:
+            if known is None:  # else the run has said it, and the rows have its times
+                say_rate(film)
+            else:
                 known.check(film)
             name, fps, known_frames = film.name, film.fps, film.frame_count
             files = film.files
