@@ -169,8 +169,8 @@ def leap(names: Sequence[str]) -> str | None:
         return None
     more = f", and so {counted(len(leaps) - 1, 'time')} more" * (len(leaps) > 1)
     return (
-        f"{names[leaps[0] + 1]} comes after {names[leaps[0]]}{more}: all are read as one film "
-        f"without a gap; a pattern in quotes chooses others."
+        f"{names[leaps[0] + 1]} comes after {names[leaps[0]]}{more}: all are read as one film, "
+        f"whose frames and times have no gap; a pattern in quotes chooses others."
     )
 
 
