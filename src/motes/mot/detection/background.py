@@ -64,8 +64,8 @@ STILL = 10
 """Frames in a row in which almost all is foreground if the camera moves; a light that is switched
 on takes fewer. After a move, the camera must stand still for this number of frames."""
 MOVES = (
-    "the camera moves; what moves before it is not seen: give --camera moving, or a trained "
-    "detector"
+    "the camera moves; what moves before it is not seen: give a trained detector, or, if it sees "
+    "a plane or only turns, --camera moving"
 )
 
 
