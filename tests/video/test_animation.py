@@ -57,12 +57,27 @@ def test_the_pages_of_a_tiff_are_read_but_not_their_thumbnails(tmp_path: Path) -
         assert [frame.pixels.shape for frame in source] == [(48, 64, 3)]
 
 
-def test_channels_that_take_turns_are_no_film(tmp_path: Path) -> None:
-    about = "ImageJ=1.53t\nimages=4\nchannels=2\nframes=2\nhyperstack=true\n"
+@pytest.mark.parametrize(
+    ("about", "film"),
+    [
+        ("ImageJ=1.53t\nimages=5\n", True),
+        ("ImageJ=1.53t\nimages=5\nslices=5\n", True),
+        ("ImageJ=1.53t\nimages=5\nframes=5\n", True),
+        ("ImageJ=1.53t\nimages=4\nchannels=2\nframes=2\nhyperstack=true\n", False),
+        ("ImageJ=1.53t\nimages=4\nslices=2\nframes=2\nhyperstack=true\n", False),
+        ('<OME><Pixels SizeC="3" SizeT="5" SizeZ="1"/></OME>', True),  # of colors
+        ('<OME><Pixels SizeC="2" SizeT="2" SizeZ="1"/></OME>', False),
+    ],
+)
+def test_channels_or_depths_that_take_turns_are_no_film(
+    tmp_path: Path, about: str, film: bool
+) -> None:
     path = save(tmp_path / "a.tiff", description=about)
-    with pytest.raises(SourceError, match=r"a\.tiff has 2 channels; save one of them alone"):
-        open_source(path)
-    with open_source(save(tmp_path / "b.tiff", description="ImageJ=1.53t\nimages=5\n")) as source:
+    if not film:
+        with pytest.raises(SourceError, match=r"5 pictures of 2 moments: its channels or depths"):
+            open_source(path)
+        return
+    with open_source(path) as source:
         assert len(list(source)) == 5
 
 

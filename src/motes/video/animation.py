@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageOps
 
-from motes.core.errors import MotesError, SourceError
+from motes.core.errors import MotesError, SourceError, counted
 from motes.core.frame import FRAME_INTERVAL, as_rgb, depth_of
 from motes.video.report import DEPTH_SAMPLES, Reader, Report, Stamped
 
@@ -25,8 +25,9 @@ from motes.video.report import DEPTH_SAMPLES, Reader, Report, Stamped
 ANIMATED = frozenset({"GIF", "PNG", "WEBP"})
 
 _ABOUT = 270
-"""The TIFF tag ImageDescription, in which ImageJ has the number of channels, if there are several.
-Their pages take turns."""
+_SIZE = re.compile(r'(?:^(channels|slices|frames)=|\bSize([CZT])=")(\d+)', re.MULTILINE)
+"""The TIFF tag ImageDescription, and the numbers of channels, depths and times in it, by ImageJ and
+OME. Where there are several of two kinds, pages take turns."""
 _SUBFILE = 254
 _REDUCED_OR_MASK = 0b101
 """The TIFF tag NewSubfileType, and its bits for reduced copies and masks of another page."""
@@ -44,11 +45,16 @@ class Animation(Reader):
         with readable(path), contextlib.ExitStack() as opened:
             self._image = opened.enter_context(Image.open(path))
             about = str(getattr(self._image, "tag_v2", {}).get(_ABOUT))
-            if channels := re.search(r"^channels=(\d+)", about, re.MULTILINE):
-                raise SourceError(f"{path} has {channels[1]} channels; save one of them alone.")
             self._coarse = reads_high_bytes(self._image)
             self._numbers = picture_numbers(self._image)
             self.count = len(self._numbers)
+            sizes = {a or b: int(n) for a, b, n in _SIZE.findall(about)}
+            most = max((n for name, n in sizes.items() if name not in ("channels", "C")), default=1)
+            if sizes and self.count > most:
+                raise SourceError(
+                    f"{path} has {self.count} pictures of {counted(most, 'moment')}: its channels "
+                    f"or depths take turns; save one of them alone."
+                )
             timed = self._image.format in ANIMATED and len(self._numbers) > 1
             # The times of an animation are read together with its pictures.
             self.duration = None if timed else self.count * FRAME_INTERVAL
