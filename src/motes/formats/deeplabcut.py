@@ -22,7 +22,10 @@ VALUES = ("x", "y", "likelihood")
 
 
 def write(recorded: Recording) -> Iterator[bytes]:
-    """Yield four rows of titles (three if there is one object), then a row for each frame."""
+    """Yield four rows of titles (three if there is one object), then a row for each frame.
+
+    So have frames that nobody has looked at: tools take the place of a row for its frame.
+    """
     identities = sorted({each.identity for row in recorded for each in visible(row)})
     check_identities(identities, "DeepLabCut")
     columns = [
@@ -35,15 +38,16 @@ def write(recorded: Recording) -> Iterator[bytes]:
     titles.append(("coords", [value for _, _, value in columns]))
     for title, values in titles:
         yield ",".join([title, *values]).encode() + b"\n"
-    for row in recorded:
-        here = {each.identity: each for each in visible(row)}
+    rows = {row.frame: row for row in recorded}
+    for frame in range(max([recorded.length, *(frame + 1 for frame in rows)])):
+        here = {each.identity: each for each in visible(rows[frame])} if frame in rows else {}
         fields = [field for identity in identities for field in _fields(here.get(identity))]
-        yield ",".join([str(row.frame), *fields]).encode() + b"\n"
+        yield ",".join([str(frame), *fields]).encode() + b"\n"
 
 
 def _fields(each: Track | None) -> list[str]:
     if each is None:
-        return [""] * len(POINTS) * len(VALUES)
+        return ["NaN"] * len(POINTS) * len(VALUES)  # of empty fields pandas makes titles
     x, y, a, b, theta = each.ellipse
     cos, sin = math.cos(theta), math.sin(theta)
     points = (x, y), (x + a * cos, y + a * sin), (x - b * sin, y + b * cos)
