@@ -482,6 +482,14 @@ def test_errors_are_one_line(go: Tell, line: str, code: int, message: str) -> No
     assert (found, message in said, said.count("\n")) == (code, True, 1), said
 
 
+def test_a_truth_of_frames_that_nobody_has_looked_at_is_said(go: Tell) -> None:
+    film(range(7))
+    command, told = f"{TRACK} --init 20,10,16,20 --stride 3", "absent: 4 frames without a row"
+    go.says(f"{command} -o a.vot.txt", 0, told)
+    go.says(f"{command} -o a.csv", 0, told, told=False)
+    go.says("convert a.csv a.otb.txt", 0, told)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["a.parquet", "a.vot.txt", "a.keyframes.csv", "a.dlc.csv",
                                   "a.ls.json", "a.yolo", "a.gt.txt"])  # fmt: skip

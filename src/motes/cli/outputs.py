@@ -227,9 +227,10 @@ def unseen(written: Written) -> str:
 
 
 def guesses_told(form: str, written: Written, hint: str = DocumentOutput.hint) -> str:
-    """Return what has become of guesses, for the line that ends a command; "" without any."""
-    told = written.guesses_told(form)
-    return f"; {told}{hint}" if told else ""
+    """Return what has become of guesses and unknown frames, for a command's last line; or ""."""
+    told, frames = written.guesses_told(form), counted(written.unknown, "frame")
+    absent = f"; called absent: {frames} without a row" * (written.unknown > 0)
+    return f"; {told}{hint}{absent}" if told else absent
 
 
 def say_how_to_train(path: Path, form: str, recorded: Recording) -> None:

@@ -404,6 +404,8 @@ class Written(NamedTuple):
     """The number of frames that are left out, as a target is lost or searched for there."""
     guesses: int
     """The number of rows that are guesses; their frames are left out too, or they are marked."""
+    unknown: int = 0
+    """The number of frames that nobody has looked at, and that have a line in a truth: absent."""
 
     def guesses_told(self, form: str) -> str:
         """Return what has become of guesses in a format, in a few words; "" without any."""
@@ -447,7 +449,9 @@ def write(
         write_folder(path, pieces)
     else:
         write_whole(path, pieces)
-    return Written(len(recorded.frames) - len(kept.frames), count)
+    frames = [row.frame + 1 for row in recorded]
+    unknown = max([recorded.length, *frames]) - len(frames) if name in ("otb", "vot") else 0
+    return Written(len(recorded.frames) - len(kept.frames), count, unknown)
 
 
 def check_images(files: Iterable[str]) -> None:
