@@ -537,6 +537,14 @@ def test_names_of_images_that_are_made_up_are_said(go: Tell, target: str) -> Non
     assert "frame_000" not in go("convert own.csv own.xml")[1]
 
 
+@pytest.mark.parametrize(("first", "told"), [(8, True), (10, False)])
+def test_another_order_of_images_in_cvat_is_said(go: Tell, first: int, told: bool) -> None:
+    """A task of 8.png, 9.png and 10.png begins with the last, and tracks have no names."""
+    film(range(first, first + 3))
+    for line in (f"{TRACK} --init 5,5,20,20 -o a.xml", "convert a.xml a.csv --video film"):
+        go.says(line, 0, "10.png before 2.png, unless the sorting method", told=told)
+
+
 @pytest.mark.parametrize("step", [1, 10])
 def test_labels_belong_to_the_images_of_their_names(go: Tell, step: int) -> None:
     """The numbers in the names count from 1, or by tens; the frames are 0 to 5."""

@@ -234,7 +234,12 @@ def guesses_told(form: str, written: Written, hint: str = DocumentOutput.hint) -
 
 
 def say_how_to_train(path: Path, form: str, recorded: Recording) -> None:
-    """Print how the images come to labels of YOLO; nothing for other formats."""
+    """Print how the images come to labels of YOLO, or that CVAT has them in another order."""
+    names = [row.file or "" for row in recorded]
+    if form == "cvat" and names != sorted(names):
+        from motes.formats.cvat import ORDER  # not where a run begins
+
+        log(f"{path}: {ORDER}")
     if form != "yolo":
         return
     film, images = recorded.head.source, str(path / "images")

@@ -222,6 +222,8 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     size = _size(root, images)
     searched = alone(unplaced, objects)
     found = Recording.of(facts, objects, times, size, named, left_out, searched)
+    if tracks and [*facts.files] != sorted(facts.files):
+        notes.append(ORDER)
     return replace(found, notes=notes, stride=step)
 
 
@@ -310,6 +312,10 @@ def _label(element: Element, facts: FilmFacts) -> str | None:
 
 METAS = ("meta/task", "meta/job", "meta/project/tasks/task", "meta")
 """Where a document may describe its film."""
+ORDER = (
+    "its frames follow the numbers in the names of images; those of CVAT follow letters, 10.png "
+    "before 2.png, unless the sorting method of its task is natural."
+)
 HOLDERS = ("track", "image", "skeleton")
 UNREAD = ("skeleton", "cuboid")
 """Shapes that are objects, but left out."""
