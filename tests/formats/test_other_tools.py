@@ -512,6 +512,16 @@ def test_shares_of_the_picture_are_not_taken_for_pixels(tmp_path: Path) -> None:
     assert len(registry.read(path, "coco", FILM).frames[0].objects) == 2
 
 
+@pytest.mark.parametrize(
+    ("box", "said"), [([200, 60, 300, 110], True), ([300, 60, 100, 50], False)]
+)
+def test_boxes_that_fit_only_as_corners_are_said(
+    box: list[int], said: bool, tmp_path: Path
+) -> None:
+    found = registry.read(coco(tmp_path, ["0.png"], bbox=box), "coco", FILM)
+    assert any("320x240 only as left, top, right, bottom" in note for note in found.notes) == said
+
+
 @pytest.mark.parametrize("identity", [0, -1])
 def test_identities_of_coco_are_kept(identity: int, tmp_path: Path) -> None:
     path = coco(tmp_path, ["1.png"], attributes={"track_id": identity})

@@ -7,7 +7,7 @@ import importlib
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,6 +16,7 @@ import msgspec
 
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.files import write_folder, write_whole
+from motes.core.geometry import of_corners
 from motes.core.registry import Registry
 from motes.core.track import BOX, ELLIPSE, SURE, Status
 from motes.formats.recording import FilmFacts, Recording
@@ -382,12 +383,19 @@ def read(path: Path, name: str, facts: FilmFacts) -> Recording:
         raise SourceError(
             f"{path} is damaged, or not of the format {name}: {error}; {ADVICE}"
         ) from None
-    boxes = (each.box for row in recorded for each in row.objects if each.placed)
-    if (first := next(boxes, None)) and all(max(box) <= 1 for box in (first, *boxes)):
+    boxes = [each.box for row in recorded for each in row.objects if each.placed]
+    if boxes and all(max(box) <= 1 for box in boxes):
         raise SourceError(
             f"{path} has all of its boxes within a pixel, as shares of the picture are; give them "
             f"in pixels."
         )
+    width, height = recorded.head.width or facts.width, recorded.head.height or facts.height
+    if 2 * sum(of_corners(box, width, height) is not None for box in boxes) > len(boxes):
+        note = (
+            f"most of its boxes fit into the picture of {width}x{height} only as left, top, right, "
+            f"bottom; they are read as left, top, width, height."
+        )
+        return replace(recorded, notes=[*recorded.notes, note])
     return recorded
 
 
