@@ -107,11 +107,16 @@ def test_the_other_pictures_of_a_phones_photograph_are_no_film(tmp_path: Path) -
         assert len(list(source)) == 1
 
 
-def test_values_that_are_none_of_a_picture_are_told_with_the_file(tmp_path: Path) -> None:
-    Image.fromarray(np.full((8, 8), 3.0, np.float32)).save(tmp_path / "f.tif")
+@pytest.mark.parametrize(
+    ("value", "reason"), [(np.float32(3), "from 0 to 1; got 3 to 3"), (np.int32(70000), "to 70000")]
+)
+def test_values_that_are_none_of_a_picture_are_told_with_the_file(
+    tmp_path: Path, value: np.generic, reason: str
+) -> None:
+    Image.fromarray(np.full((8, 8), value)).save(tmp_path / "f.tif")
     for source in (tmp_path, tmp_path / "f.tif"):
         with (
-            pytest.raises(SourceError, match=r"f\.tif: .* from 0 to 1; got 3 to 3"),
+            pytest.raises(SourceError, match=rf"f\.tif: .* {reason}"),
             open_source(source) as frames,
         ):
             next(iter(frames))
