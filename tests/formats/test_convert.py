@@ -84,6 +84,25 @@ def test_frames_of_a_film_are_counted_where_its_file_does_not_say(go: Tell) -> N
     go.says("convert ten.csv ten.json --video film.mkv", 3, "in frame 9, but the film has 4 frames")
 
 
+def test_frames_at_another_rate_are_mapped_by_the_films_own_times(go: Tell) -> None:
+    """Also into a format that holds no times."""
+    write_pictures("film.mkv", [BLACK] * 4, times=(0.0, 0.04, 0.08, 1.0))
+    key = {"rotation": 0, "enabled": True, "y": 10, "width": 50, "height": 50}
+    keys = [
+        {"frame": 1, "x": 10, **key},
+        {"frame": 6, "x": 20, **key},
+        {"frame": 11, "x": 40, **key},
+    ]
+    value = {"labels": ["cup"], "sequence": [{**each, "time": each["frame"] / 10} for each in keys]}
+    result = {"type": "videorectangle", "value": value}
+    Path("task.ls.json").write_text(json.dumps([{"annotations": [{"result": [result]}]}]))
+    for name in ("a.csv", "a.xml", "b.csv"):
+        source = "a.xml" if name == "b.csv" else "task.ls.json"
+        assert go(f"convert {source} {name} --video film.mkv")[0] == 0
+    places = [[float(each["left"]) for each in read_csv(name)] for name in ("a.csv", "b.csv")]
+    assert places[0] == pytest.approx(places[1], abs=0.01)
+
+
 def test_what_a_run_wrote_beside_its_rows_is_not_asked_for_again(go: Tell) -> None:
     film(range(5), (32, 24))
     assert go(f"{TRACK} --init 8,6,10,8 --fps 10 -o run.csv")[0] == 0

@@ -135,8 +135,6 @@ def convert(
     known = History.beside(rows) if source in ("csv", "jsonl") else None
     point_out_unfinished(rows, known)
     facts = _facts(video, size, fps, frames, label, known)
-    if TIMES not in registry.FORMATS.resolve(form).holds:
-        facts = dataclasses.replace(facts, times=())
     recorded = _checked(registry.read(rows, source, facts), rows, facts, fps)
     if identity is not None:
         recorded = _only(recorded, identity, rows)
