@@ -10,7 +10,7 @@ import pytest
 
 from clips import write_pictures
 from commands import Tell
-from motes import open_source
+from motes import open_source, read_track
 from motes.cli import main
 from motes.video.decoder import Decoder
 
@@ -133,6 +133,16 @@ def test_a_live_speed_is_drawn_when_it_was(go: Tell, said: list[str]) -> None:
     speeds = [float(text.split()[-2]) for text in said]
     true = 0.16 / 2 * 25 * np.arange(FRAMES)
     np.testing.assert_allclose(speeds[8:-8], true[8:-8], rtol=0.1)
+
+
+@pytest.mark.slow
+def test_rows_of_every_third_frame_have_speeds(go: Tell, said: list[str]) -> None:
+    """Between them no target is unseen."""
+    assert go(f"{TRACK} --stride 3 -o rows.csv")[0] == 0
+    assert go("convert rows.csv metres.csv --scale 50")[0] == 0
+    np.testing.assert_allclose(read_track("metres.csv")["speed"], 1, rtol=0.2)
+    assert go("draw film.mkv rows.csv -o drawn.mkv --scale 50")[0] == 0
+    assert [text.split()[-1] for text in said] == ["m/s"] * 10
 
 
 @pytest.mark.slow

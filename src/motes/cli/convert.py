@@ -322,7 +322,7 @@ def _measured(recorded: Recording, plane: RealUnits, form: str) -> Recording:
             tracks[each.identity][row.frame] = each
     places: dict[tuple[int, int], Columns] = {}
     for identity, seen in tracks.items():
-        span = range(min(seen), max(seen) + 1)
+        span = range(min(seen), max(seen) + 1, recorded.stride)
         found = motion_in_hindsight(plane, map(seen.get, span))
         places |= {(identity, n): place for n, place in zip(span, found, strict=True)}
     nowhere = dict.fromkeys(GROUND)

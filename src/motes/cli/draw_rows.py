@@ -48,6 +48,8 @@ class Given:
     """Whether they are of one target, whose ellipse is drawn."""
     timed: bool
     """Whether the file has the times of frames."""
+    stride: int
+    """That of its run, which has skipped the frames in between."""
 
     @property
     def last(self) -> int:
@@ -79,12 +81,14 @@ def rows_in(
         source=film.name, width=film.width, height=film.height, fps=film.fps, files=film.files,
         times=() if read is None else read.times,
     )  # fmt: skip
-    rows = {row.frame: row for row in registry.read(path, form, facts)}
+    recorded = registry.read(path, form, facts)
+    rows = {row.frame: row for row in recorded}
     identities = {each.identity for row in rows.values() for each in row.objects}
     alone = len(identities) == 1 and ANONYMOUS not in identities
     watched = known is not None and known.places is not None
     single = registry.FORMATS.resolve(form).single or (alone and not watched)
-    given = Given(path, rows, single, form in ("csv", "jsonl", "parquet", "journal"))
+    timed = form in ("csv", "jsonl", "parquet", "journal")
+    given = Given(path, rows, single, timed, recorded.stride)
     if read is None:
         for frame in rows:
             _check_time(given, film, frame, facts.time(frame))
@@ -149,7 +153,7 @@ def _measured(
     for identity, way in ways.items():
         if given.metres and any(np.isfinite(each.covariance).all() for each in way.values()):
             continue  # smoothed or corrected: they are of hindsight already
-        frames = range(min(way), max(way) + 1)
+        frames = range(min(way), max(way) + 1, given.stride)
         cut = {frame for frame, each in way.items() if each.box.is_cut(size)}
         tracks = [None if frame in cut else way.get(frame) for frame in frames]
         if given.metres:
