@@ -140,10 +140,11 @@ def reads_high_bytes(image: Image.Image) -> bool:
 def values_of(image: Image.Image) -> NDArray[Any]:
     """Return the values of an open image, in uint16 where it has 16 bits of gray."""
     if image.mode.startswith("I"):  # 16 bits of gray, perhaps in 32
-        least, most = image.getextrema() if image.mode == "I" else (0, 0)
+        values = np.asarray(image)
+        least, most = int(values.min()), int(values.max())
         if least < 0 or most > 65535:
             raise SourceError(f"its values go from {least} to {most}; scale them to 0 to 65535.")
-        return np.asarray(image).astype(np.uint16)
+        return values.astype(np.uint16)
     # Through RGBA: RGB has no room for the transparency of a palette.
     return np.asarray(image if image.mode in ("RGB", "F") else image.convert("RGBA"))
 
