@@ -110,12 +110,11 @@ def together(task: tuple[list[Walker], bool, int], spec: TrackerSpec) -> list[Sc
     films = [pictures(each, backward=backward) for each in people]
     begins = [frames[0].index for frames, _ in films]
     every = {picture.index: picture for frames, _ in films for picture in frames}
-    trackers, followed = Trackers(spec.name, seed), list[int]()
+    trackers, followed = Trackers(spec.name, seed), dict[int, int]()  # identities of walkers
     said: list[list[Said]] = [[] for _ in people]
     for index in sorted(every):
         for n in [n for n in followed if films[n][0][-1].index < index]:
-            trackers.remove(followed.index(n))
-            followed.remove(n)
+            trackers.remove(followed.pop(n))
         tracks = trackers.update(every[index]) if index > min(begins) else []
         for n, track in zip(followed, tracks, strict=True):
             sure = track.status is Status.TRACKING and track.confidence > SURE
@@ -124,10 +123,10 @@ def together(task: tuple[list[Walker], bool, int], spec: TrackerSpec) -> list[Sc
             if begins[n] == index:
                 region = Box(*boxes[0])
                 if index == min(begins) and not followed:
-                    trackers.init(every[index], [region])
+                    (track,) = trackers.init(every[index], [region])
                 else:
-                    trackers.add(region)
-                followed.append(n)
+                    track = trackers.add(region)
+                followed[n] = track.identity
     return [score(each, boxes) for each, (_, boxes) in zip(said, films, strict=True)]
 
 
