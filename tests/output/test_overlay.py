@@ -141,6 +141,16 @@ def test_a_name_has_no_accents_that_the_font_lacks() -> None:
     assert (drawn[0] == drawn[1]).all()
 
 
+def test_a_class_that_is_wider_than_the_picture_hides_no_number() -> None:
+    one = replace(track(Ellipse.from_box(Box(0, 100, 30, 30))), identity=1)
+    plain, long = (draw(gray(), replace(one, label=label)) for label in (None, 200 * "x"))
+    assert near(long, (255, 255, 255), 60)[near(plain, (255, 255, 255), 60)].all()
+    bar = near(long, COLORS[Status.TRACKING], 0)[:40].any(axis=0)
+    assert 150 <= np.count_nonzero(bar) <= 160  # a confidence of 0.5
+    short, long = (draw_scene(gray(), [replace(one, label=label)]) for label in ("x", 200 * "x"))
+    assert (short[:, :8] == long[:, :8]).all()
+
+
 def test_a_caption_and_a_label_do_not_cover_each_other() -> None:
     one = replace(track(Ellipse.from_box(Box(-100, -100, 150, 150))), identity=1, label="walker")
     label, caption, both = (

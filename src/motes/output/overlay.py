@@ -66,7 +66,7 @@ def draw(
         interrupts the line.
     label
         Text for the upper left corner, above a bar of the confidence. By default the frame's
-        number, the class, the status and the confidence; "" for no label.
+        number, the status, the confidence and the class; "" for no label.
 
     Raises
     ------
@@ -175,10 +175,15 @@ def _region(
     return low, high
 
 
-def describe(track: Track) -> str:
-    """Return what an overlay says of a track: frame, class, status and confidence."""
-    words = track.frame, in_font(track.label or ""), track.status, f"{track.confidence:.2f}"
-    return "  ".join(str(word) for word in words if word != "")
+def describe(track: Track, *more: str) -> str:
+    """Return what an overlay says of a track: frame, status, confidence, and more words.
+
+    Its class comes last, as it may be longer than the picture is wide.
+    """
+    words = [f"{track.frame}", f"{track.status}", f"{track.confidence:.2f}", *more]
+    if track.label:
+        words.append(in_font(track.label))
+    return "  ".join(words)
 
 
 @lru_cache
@@ -203,7 +208,7 @@ def _draw_label(image: Image.Image, text: str, confidence: float, color: Color) 
     pen = ImageDraw.Draw(image, "RGBA")
     pad = max(2, round(size / 2))
     _, _, right, bottom = pen.textbbox((2 * pad, 1.5 * pad), text, typeface)
-    panel = (pad, pad, right + pad, bottom + 2 * pad)
+    panel = (pad, pad, max(min(right, image.width - 2 * pad), 0) + pad, bottom + 2 * pad)
     pen.rectangle(panel, (0, 0, 0, 165))
     pen.text((2 * pad, 1.5 * pad), text, (255, 255, 255, 255), typeface)
     bar = panel[3] - max(2, round(pad / 2))

@@ -39,7 +39,7 @@ class TargetPainter:
         self._trail.append(target.ellipse[:2] if seen else NOWHERE)
         label, speed = None, target.number("speed")
         if self._metres and isfinite(speed):
-            label = f"{describe(target)}  {speed_label(speed)}"
+            label = describe(target, speed_label(speed))
         return draw(
             frame.pixels, target, particles=particles, weights=weights, trail=self._trail,
             label=label,

@@ -114,10 +114,10 @@ def draw_scene(
         number = f"{each.identity}" if each.identity > 0 else ""
         words = number, each.label, notes.get(each.identity), each.status if hidden else None
         text = in_font(" ".join(str(word) for word in words if word not in ("", None)))
-        # The label stays inside the frame even if the box does not.
+        # The label begins inside the frame even if the box does not.
         _, _, right, bottom = pen.textbbox((0, 0), text, typeface)
         left, top = _rounded(np.array([each.box[:2]]))
-        x = min(max(left, 0), image.width - right)
+        x = max(min(left, image.width - right), 0)
         for n in range(PLACES):  # above the box, or lower if another label is there
             y = min(max(top - line - bottom, 0) + n * bottom, image.height - bottom)
             if not _meets((x, y, x + right, y + bottom), taken):
