@@ -248,12 +248,13 @@ class EventCounter:
         else:
             # It then holds something else than before, such as two objects that touch. What was
             # hidden for more than half a second may be anywhere.
-            lately = walk.feet[-1][0] - walk.feet[0][0]
+            lately = 1.1 * (walk.feet[-1][0] - walk.feet[0][0])  # times may be in milliseconds
             jumped = walk.continued or walk.off(foot, time, lately) > limit
             if jumped and walk.rows == 2:  # or its second box did, before it had a way
                 for name in self._lines.keys() & walk.pending.keys():
-                    self.left_out[name, JUMPED] += 1
-                    del walk.pending[name]
+                    if walk.pending[name].frame == walk.frame:  # no part of its path before
+                        self.left_out[name, JUMPED] += 1
+                        del walk.pending[name]
         if walk.continued:
             walk.continued, walk.crossed = False, []
         walk.step(time, foot, cut=box.is_cut(self._size), ground=self._ground)
