@@ -160,7 +160,7 @@ def cameras() -> Bytes:
         objects = [
             Track(MOMENT, row["time"], Ellipse.from_box(box), identity=int(row["id"]), bounds=box)
             for row in here
-            if (box := Box(*(float(row[side]) for side in ("left", "top", "width", "height"))))
+            for box in [Box(*(float(row[side]) for side in ("left", "top", "width", "height")))]
         ]
         (pixels,) = moments(Path(f"{name}.mp4"), (MOMENT,))
         shown.append(draw_scene(pixels, objects, caption=name))
