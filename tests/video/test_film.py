@@ -15,7 +15,6 @@ from coded import KINDS, video
 from motes import SourceError, open_source
 from motes.video import DamagedError, Film, Seeker
 from motes.video import film as film_module
-from motes.video import film as shared_module
 from motes.video.decoder import Decoder
 from motes.video.film import Shared, shared
 from motes.video.report import Report, Stamped
@@ -169,6 +168,6 @@ def test_a_part_is_decoded_from_the_last_key_picture(
 
 
 def test_memory_is_bounded(film: Film, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(shared_module, "HELD", 3 * film.width * film.height * 10)
+    monkeypatch.setattr(film_module, "HELD", 3 * film.width * film.height * 10)
     assert isinstance(shared(film, 5, 14), Shared)
     assert shared(film, 5, 15) is film

@@ -58,8 +58,9 @@ def _tracked(
     tally: Tally,
     figures: Path | None = None,
 ) -> int:
-    """Write the moments of a run, in which `motion` is measured if there are units.
+    """Write the outputs of a run, with metres if there are units; return the exit code.
 
+    `moments` takes the frames, and the `motion` that is measured, or None.
     Raises a ConfigError if an option makes no sense with the source or the output.
     """
     output, units = asked.output, asked.units

@@ -43,7 +43,7 @@ class ObjectOptions:
     """Lowest score of detections that are used."""
     camera: Literal["auto", "still", "moving"] | None = None
     """Whether the camera is still or moving. By default, auto, it is followed while it moves; but
-    a background needs a still one, or is said to be moving: then it moves along, as a plane."""
+    a background needs a still one, unless this is moving: then it moves along, as one plane."""
 
     def selection(self) -> dict[str, Any]:
         """Return the keys of the configuration that --classes, --least and --camera set."""

@@ -1,4 +1,4 @@
-"""Packages that not every installation has, and callables of the user's own, by name."""
+"""What is imported by name: callables of the user's own, and packages that may be missing."""
 
 from __future__ import annotations
 

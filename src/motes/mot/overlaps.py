@@ -1,4 +1,4 @@
-"""Boxes as arrays, and overlaps of many: lists of the pairs that overlap, no matrix of all pairs.
+"""Boxes as arrays, and overlaps of many: lists of the pairs that overlap, not a matrix of all.
 
 `overlapping_pairs`, `covered_pairs` and `nested_pairs` return indices of the first and of the
 second boxes, sorted by the first, then by the second, and a value for each pair: (k,) each.

@@ -46,7 +46,7 @@ class Preview:
     def add(self, picture: Bytes) -> bool:
         """Keep the next picture (H, W, 3) if it is its turn, and return whether they tell more.
 
-        So they do when they are as many as can be, and at the begin when they are half as many.
+        So they do when they are as many as can be, and at the beginning when they are half as many.
         """
         turn = self._seen % self._step == 0
         self._seen += 1

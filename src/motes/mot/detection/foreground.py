@@ -1,4 +1,4 @@
-"""What of a foreground is an object's: what was so in the frame before, and no ghost.
+"""Which foreground is an object's: what was so in the frame before, and what is no ghost.
 
 A gray shirt looks like a shadow of the white wall behind it, and a dark car's side like one of the
 road. But light does not turn an object into a shadow. So what has been an object's foreground, and

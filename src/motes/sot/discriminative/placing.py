@@ -79,8 +79,8 @@ def _compare(
     The rival is followed from frame to frame. Without one, it is the proposal with the most
     evidence that is elsewhere. It begins with the log odds of such a leap, if the target may
     as well be where it was expected. It wins only where the target is not: as long as what is
-    followed looks like the target, another place that does is a neighbor's. And it has to win
-    with the voice of the first region's histograms, too, as what the search finds.
+    followed looks like the target, another place that does is a neighbor's. The histograms of the
+    first region have to agree, too, as about what the search finds.
     """
     rival = state.rival
     if rival.alive:

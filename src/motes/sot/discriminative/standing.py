@@ -83,7 +83,7 @@ class Rival(NamedTuple):
 
     @property
     def wins(self) -> bool:
-        """Whether the rival is rather the target."""
+        """Whether the rival is the likelier target."""
         return self.lead > DECIDED
 
     @property
