@@ -127,7 +127,7 @@ def format_of(name: str, form: str | None) -> str:
     if FORMATS.resolve(form).write is None:
         raise ConfigError(f"Files of the format {form} cannot be written; give another one.")
     if name.lower().endswith((".zip", ".gz")):
-        raise ConfigError(f"{name}: no archives are made; give another name, and pack it then.")
+        raise ConfigError(f"{name}: no archives are made; give another name, and pack it later.")
     if name == "-" and form not in STREAMED:
         raise ConfigError(f"{form} is made at the end of a run; give it a file, not -.")
     return form

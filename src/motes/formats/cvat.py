@@ -313,8 +313,8 @@ def _label(element: Element, facts: FilmFacts) -> str | None:
 METAS = ("meta/task", "meta/job", "meta/project/tasks/task", "meta")
 """Where a document may describe its film."""
 ORDER = (
-    "its frames follow the numbers in the names of images; those of CVAT follow letters, 10.png "
-    "before 2.png, unless the sorting method of its task is natural."
+    "its frames follow the numbers in the names of images; CVAT sorts these by letters, 10.png "
+    "before 2.png, unless the sorting method of the task is natural."
 )
 HOLDERS = ("track", "image", "skeleton")
 UNREAD = ("skeleton", "cuboid")
