@@ -77,7 +77,9 @@ def test_channels_or_depths_that_take_turns_are_no_film(
 ) -> None:
     path = save(tmp_path / "a.tiff", description=about)
     if not film:
-        with pytest.raises(SourceError, match=r"5 pictures of [12] moments?: its channels or depths"):
+        with pytest.raises(
+            SourceError, match=r"5 pictures of [12] moments?: its channels or depths"
+        ):
             open_source(path)
         return
     with open_source(path) as source:
