@@ -502,11 +502,12 @@ def test_errors_are_one_line(go: Tell, line: str, code: int, message: str) -> No
 
 
 def test_a_truth_of_frames_that_nobody_has_looked_at_is_said(go: Tell) -> None:
-    film(range(7))
-    command, told = f"{TRACK} --init 20,10,16,20 --stride 3", "absent: 4 frames without a row"
-    go.says(f"{command} -o a.vot.txt", 0, told)
-    go.says(f"{command} -o a.csv", 0, told, told=False)
-    go.says("convert a.csv a.otb.txt", 0, told)
+    film(range(8))
+    command, told = f"{TRACK} --init 20,10,16,20 --stride 3", "absent: {} frames without a row"
+    go.says(f"{command} -o a.vot.txt", 0, told.format(4))  # up to its last one, frame 6
+    go.says(f"{command} -o a.csv", 0, "absent", told=False)
+    go.says("convert a.csv a.otb.txt --video film", 0, told.format(5))
+    go.says("convert a.csv a.json --video film", 0, "absent", told=False)
 
 
 @pytest.mark.slow
@@ -562,6 +563,7 @@ def test_another_order_of_images_in_cvat_is_said(go: Tell, first: int, told: boo
     film(range(first, first + 3))
     for line in (f"{TRACK} --init 5,5,20,20 -o a.xml", "convert a.xml a.csv --video film"):
         go.says(line, 0, "10.png before 2.png, unless the sorting method", told=told)
+    go.says(f"{TRACK} --init 5,5,20,20 -o a.json", 0, "sorting method", told=False)
 
 
 @pytest.mark.parametrize("step", [1, 10])

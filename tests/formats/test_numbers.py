@@ -417,16 +417,17 @@ def test_a_plain_reader_of_label_studio(tmp_path: Path) -> None:
     same(found, expected())
 
 
-def test_pandas_reads_points_as_movement_does(tmp_path: Path) -> None:
+@pytest.mark.parametrize("length", [FRAMES, 0])  # or unknown
+def test_pandas_reads_points_as_movement_does(length: int, tmp_path: Path) -> None:
     """Their file is a table with titles of four rows; NaN is where an individual is absent."""
     pandas = pytest.importorskip("pandas", reason="pandas is not installed")
     seen = [row for row in street() if row.frame % 2]  # as of a run with --start and --stride
     registry.write(
-        tmp_path / "a.dlc.csv", "deeplabcut", replace(street(), frames=seen, length=FRAMES)
+        tmp_path / "a.dlc.csv", "deeplabcut", replace(street(), frames=seen, length=length)
     )
     table = pandas.read_csv(tmp_path / "a.dlc.csv", header=[0, 1, 2, 3], index_col=0)
     assert table.columns.names == ["scorer", "individuals", "bodyparts", "coords"]
-    assert table.index.tolist() == list(range(FRAMES))
+    assert table.index.tolist() == list(range(length or seen[-1].frame + 1))
     found: Boxes = {}
     for identity in (1, 2, 7):
         points = table["motes"][f"object_{identity}"]

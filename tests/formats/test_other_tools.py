@@ -150,6 +150,7 @@ def images(*names: str) -> str:
         (["frame_000010.png", "frame_000020.png"], (), [10, 20]),
         (["i_1.png", "i_2.png"], (), [0, 1]),
         (["4f3e2a19.png", "77.png"], (), [0, 1]),
+        (["9.png", "10.png"], ["9.png", "10.png"], [0, 1]),
     ],
 )
 def test_frames_of_cvats_images(
@@ -513,13 +514,25 @@ def test_shares_of_the_picture_are_not_taken_for_pixels(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("box", "said"), [([200, 60, 300, 110], True), ([300, 60, 100, 50], False)]
+    ("boxes", "said"),
+    [
+        ([[200, 60, 300, 110], [200, 60, 300, 110]], True),
+        ([[200, 60, 300, 110], [200, 60, 30, 40]], False),
+        ([[300, 60, 100, 50], [300, 60, 100, 50]], False),
+    ],
 )
 def test_boxes_that_fit_only_as_corners_are_said(
-    box: list[int], said: bool, tmp_path: Path
+    boxes: list[list[int]], said: bool, tmp_path: Path
 ) -> None:
-    found = registry.read(coco(tmp_path, ["0.png"], bbox=box), "coco", FILM)
-    assert any("320x240 only as left, top, right, bottom" in note for note in found.notes) == said
+    path = coco(tmp_path, ["0.png", "1.png"])
+    document = json.loads(path.read_text())
+    del document["categories"]
+    for each, box in zip(document["annotations"], boxes, strict=True):
+        each["bbox"] = box
+    path.write_text(json.dumps(document))
+    no_classes, *more = registry.read(path, "coco", FILM).notes
+    assert "no categories" in no_classes
+    assert ["320x240 only as left, top, right, bottom" in note for note in more] == [True] * said
 
 
 @pytest.mark.parametrize("identity", [0, -1])

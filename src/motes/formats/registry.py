@@ -389,7 +389,7 @@ def read(path: Path, name: str, facts: FilmFacts) -> Recording:
             f"{path} has all of its boxes within a pixel, as shares of the picture are; give them "
             f"in pixels."
         )
-    width, height = recorded.head.width or facts.width, recorded.head.height or facts.height
+    width, height = recorded.head.width, recorded.head.height
     if 2 * sum(of_corners(box, width, height) is not None for box in boxes) > len(boxes):
         note = (
             f"most of its boxes fit into the picture of {width}x{height} only as left, top, right, "
