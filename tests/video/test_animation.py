@@ -113,7 +113,12 @@ def test_the_other_pictures_of_a_phones_photograph_are_no_film(tmp_path: Path) -
 
 
 @pytest.mark.parametrize(
-    ("value", "reason"), [(np.float32(3), "from 0 to 1; got 3 to 3"), (np.int32(70000), "to 70000")]
+    ("value", "reason"),
+    [
+        (np.float32(3), "from 0 to 1; got 3 to 3"),
+        (np.int32(65536), "to 65536"),
+        (np.int32(-1), "from -1"),
+    ],
 )
 def test_values_that_are_none_of_a_picture_are_told_with_the_file(
     tmp_path: Path, value: np.generic, reason: str
