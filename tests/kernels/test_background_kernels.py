@@ -227,9 +227,14 @@ def test_valleys() -> None:
         tops = scipy.ndimage.uniform_filter1d(rng.integers(0, 40, width), 4)
         patch = (np.arange(40)[:, None] >= tops).astype(np.uint8)
         spike, narrow = int(rng.choice([1, 3, 5])), int(rng.integers(1, 8))
-        found = kernels.outlines.valleys(patch, spike, 0.1, narrow)
-        assert sorted(found.tolist()) == divided(patch, spike, 0.1, narrow)
-        cuts += len(found)
+        patch &= rng.random(patch.shape) < 0.9
+        found = kernels.outlines.divided(patch, spike, 0.1, narrow)
+        ends = [0, *divided(patch, spike, 0.1, narrow), width]
+        for left, right, part in zip(ends[:-1], ends[1:], found.tolist(), strict=True):
+            y, x = np.nonzero(patch[:, left:right])
+            box = left + x.min(), y.min(), np.ptp(x) + 1, np.ptp(y) + 1
+            assert part == [*box, len(x)]
+        cuts += len(found) - 1
     assert cuts > 50
 
 

@@ -131,7 +131,7 @@ inline bool add_kernels(PyObject* extension) {
            add(extension, "network_input",
                {unlocked<network_input::read_square>("read_square"),
                 unlocked<network_input::mean_color>("mean_color")}) &&
-           add(extension, "outlines", {brief<outlines::valleys>("valleys")}) &&
+           add(extension, "outlines", {brief<outlines::divided>("divided")}) &&
            add(extension, "particles",
                {brief<particles::walk>("walk"), brief<particles::ancestors>("ancestors"),
                 brief<particles::gaussian>("gaussian"), brief<particles::normalize>("normalize"),

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "arrays.hpp"
+#include "components.hpp"
 
 namespace motes::outlines {
 
@@ -64,25 +64,43 @@ inline Index deepest_valley(const Heights& heights, Index left, Index right, Ind
     return begin < 0 ? -1 : begin + (end - begin) / 2;
 }
 
-// Returns the columns at which a patch is divided, in any order.
+// Returns the parts into which valleys divide a patch, in their order: left, top, width and height
+// of the box around the pixels of each, and their number.
 //
 // Peaks narrower than `spike` columns, an odd number, are no heads; see `blobs.divided`.
-inline Scratch<Index> valleys(Plane<const std::uint8_t> patch, Index spike, double valley,
-                              Index narrow) {
+inline ScratchPlane<Index> divided(Plane<const std::uint8_t> patch, Index spike, double valley,
+                                   Index narrow) {
     const Heights low = filtered(upper_outline(patch), spike / 2, std::less<Index>());
     const Heights heights = filtered(low, spike / 2, std::greater<Index>());
-    Heights cuts;
+    Heights ends{0};
     std::vector<std::pair<Index, Index>> parts{{0, patch.columns}};
-    while (!parts.empty()) {
+    while (!parts.empty()) {  // from left to right
         const auto [left, right] = parts.back();
         parts.pop_back();
         const Index cut = deepest_valley(heights, left, right, narrow, valley);
-        if (cut < 0) continue;
-        cuts.push_back(cut);
-        parts.insert(parts.end(), {{left, cut}, {cut, right}});
+        if (cut < 0)
+            ends.push_back(right);
+        else
+            parts.insert(parts.end(), {{cut, right}, {left, cut}});
     }
-    Scratch<Index> out(Index(cuts.size()));
-    std::copy(cuts.begin(), cuts.end(), out.begin());
+    ScratchPlane<Index> out(Index(ends.size()) - 1, 5);
+    for (Index k = 0; k < out.rows(); ++k) {
+        const Index begin = ends[std::size_t(k)], end = ends[std::size_t(k + 1)];
+        Index left = end, right = begin, top = patch.rows, bottom = 0, count = 0;
+        for (Index y = 0; y < patch.rows; ++y) {
+            const std::uint8_t* row = patch[y];
+            const Index first = components::next(row, begin, end, 1);
+            if (first == end) continue;
+            for (Index x = end; x > right; --x)
+                if (row[x - 1]) right = x;
+            left = std::min(left, first), top = std::min(top, y), bottom = y + 1;
+            int own = 0;  // vector code, as `std::count` is not
+            for (Index x = first; x < end; ++x) own += row[x];
+            count += own;
+        }
+        const Index part[] = {left, top, right - left, bottom - top, count};
+        std::copy_n(part, 5, out[k]);
+    }
     return out;
 }
 

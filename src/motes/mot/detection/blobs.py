@@ -16,6 +16,7 @@ from motes.core.geometry import Box, iou
 from motes.core.types import Bytes, Floats
 from motes.mot.detection.morphology import closed, components, opened
 from motes.mot.overlaps import CONTAINED, areas, as_rows, covered_pairs
+from motes.mot.pairs import Integers
 
 ONE = 0.7
 """A patch with a larger intersection over union with a known object is this object."""
@@ -67,24 +68,25 @@ def blobs(mask: Bytes, least: float, known: Sequence[Box] = ()) -> list[Box]:
     clean, smallest = opened(solid, SPECK), round(least * mask.size)
     labels, parts = components(closed(clean, (height, width)))
     places, clean = as_rows(known), clean.view(np.bool_)
+    inside, around, _ = covered_pairs(places, parts[:, :4].astype(float), CONTAINED)
     found: list[tuple[int, Box]] = []
     for number, (x, y, w, h, area) in enumerate(parts.tolist(), start=1):
         if area >= smallest:
             here = slice(y, y + h), slice(x, x + w)
             patch = (labels[here] == number) & clean[here]
-            objects = _objects(patch, Box(x, y, w, h), area, places)
+            own = inside[around == number - 1]
+            objects = _objects(patch, Box(x, y, w, h), area, places, own)
             found += [each for each in objects if each[0] >= smallest]
     return [box for _, box in sorted(found, key=lambda each: -each[0])]
 
 
 def _objects(
-    patch: NDArray[np.bool_], whole: Box, area: int, known: Floats
+    patch: NDArray[np.bool_], whole: Box, area: int, known: Floats, inside: Integers
 ) -> list[tuple[int, Box]]:
     """Return the areas and boxes of the objects in a patch (h, w) of an area, which `whole` bounds.
 
-    It is shared by the objects that are known there, or divided at valleys of its outline.
+    It is shared by the objects that are known `inside`, or divided at valleys of its outline.
     """
-    inside = covered_pairs(known, np.array([whole]), CONTAINED)[0]
     if len(inside) > 1 and not np.any(iou(whole, known) > ONE):
         boxes, seen = shared(patch, whole, known[inside])
         shown = seen > SEEN * areas(boxes)
@@ -93,26 +95,14 @@ def _objects(
                 (int(own), Box(*box))
                 for own, box in zip(seen[shown].tolist(), boxes[shown].tolist(), strict=True)
             ]
-    cuts = divided(patch.view(np.uint8))
-    if cuts and (not len(known) or _plausible(len(cuts) + 1, whole, known)):
-        return _between(patch, whole, area, cuts)
+    parts = divided(patch.view(np.uint8))
+    if len(parts) > 1 and (not len(known) or _plausible(len(parts), whole, known)):
+        pixels = sum(count for *_, count in parts)
+        return [
+            (area * count // pixels, Box(whole.x + x, whole.y + y, w, h))
+            for x, y, w, h, count in parts
+        ]
     return [(area, whole)]
-
-
-def _between(
-    patch: NDArray[np.bool_], whole: Box, area: int, cuts: Sequence[int]
-) -> list[tuple[int, Box]]:
-    """Return the areas and boxes of the parts of a patch between columns."""
-    found, pixels = list[tuple[int, Box]](), max(int(np.count_nonzero(patch)), 1)
-    for left, right in zip([0, *cuts], [*cuts, patch.shape[1]], strict=True):
-        part = patch[:, left:right]
-        rows, columns = (np.flatnonzero(part.any(axis=axis)) for axis in (1, 0))
-        box = Box(
-            whole.x + left + int(columns[0]), whole.y + int(rows[0]),
-            int(columns[-1] - columns[0]) + 1, int(rows[-1] - rows[0]) + 1,
-        )  # fmt: skip
-        found.append((area * int(np.count_nonzero(part)) // pixels, box))
-    return found
 
 
 def shared(patch: NDArray[np.bool_], whole: Box, places: Floats) -> tuple[Floats, Floats]:
@@ -168,8 +158,10 @@ def _holds(box: Box, others: Floats) -> NDArray[np.bool_]:
     return holds
 
 
-def divided(patch: Bytes) -> list[int]:
-    """Return the columns at which a patch (h, w) is divided: the valleys of its upper outline.
+def divided(patch: Bytes) -> list[list[int]]:
+    """Return the parts of a patch (h, w) between the valleys of its upper outline, in their order.
+
+    Of each, these are left, top, width and height, and its number of pixels.
 
     People beside each other have a valley between their heads, and vehicles between their roofs; a
     walker's legs or a vehicle's hood make none. A valley is below the lower one of the peaks beside
@@ -177,4 +169,5 @@ def divided(patch: Bytes) -> list[int]:
     """
     height = len(patch)
     spike, least = max(1, round(SPIKE * height)) | 1, max(1, round(NARROW * height))
-    return sorted(kernels.outlines.valleys(patch, spike, VALLEY, least).tolist())
+    parts: list[list[int]] = kernels.outlines.divided(patch, spike, VALLEY, least).tolist()
+    return parts
