@@ -344,6 +344,22 @@ def test_the_search_finds_what_looks_like_the_first_region(
     assert found.look.pose == (there if clear else HERE)
 
 
+def test_the_search_takes_its_best_look(cars: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    config, frame, lost = cars
+    told = list[float]()
+
+    def seen(*_: object) -> Any:
+        told.append((2.0, 4.0, 3.0)[len(told) % 3])
+        return WindowEstimate(RED, *[None] * 6, RED, *[None] * 3, told[-1])  # type: ignore
+
+    monkeypatch.setattr(placing, "localize", seen)
+    before = Found(estimate(HERE, -1.0), Rival(HERE))
+    found = placing.search(config, np.random.default_rng(0), lost, frame, before)
+    assert len(told) > 1
+    likeness = config.redetection.log_odds(lost.appearance, frame, RED)
+    assert found.look.evidence == max(told) + likeness
+
+
 @pytest.mark.parametrize(
     ("here", "there", "evidence", "wins"),
     [
