@@ -6,6 +6,7 @@ import pytest
 from playwright.sync_api import Route
 
 from browsers import CORNERS, START, Shown
+from waiting import wait_until
 
 pytestmark = pytest.mark.slow
 
@@ -70,9 +71,10 @@ def test_a_late_picture_does_not_move_the_film_away(shown: Shown) -> None:
     shown.open()
     shown.page.keyboard.press("b")
     do(shown, "app.store.set({ frame: 30, following: true });")
-    shown.until("s.awaited.has(30)")
+    wait_until(lambda: held or shown.page.evaluate(PAINTED))
     shown.page.mouse.move(*shown.at(*CORNERS[0]))
     shown.page.mouse.down()
+    shown.page.evaluate(PAINTED)  # from here on the first frame's picture is asked for
     shown.until("!s.awaited.has(0)")
     for route in held:
         route.continue_()
