@@ -93,8 +93,8 @@ def _wrong_option(error: CycloptsError, program: str) -> str:
 
 def _late(error: CycloptsError) -> str | None:
     """Return the first option behind --, where all are names; None without one."""
-    known = [] if error.app is None else _options(error.app)
-    words = itertools.dropwhile(lambda word: word != "--", error.root_input_tokens or ())
+    words = [*itertools.dropwhile(lambda word: word != "--", error.root_input_tokens or ())]
+    known = _options(error.app) if words and error.app is not None else []
     flags = (word.partition("=")[0] for word in words if not os.path.exists(word))
     return next((flag for flag in flags if flag in known), None)
 
