@@ -35,7 +35,7 @@ from motes_fleet.cameras.rig_camera import RigCamera
 from motes_fleet.cameras.rig_config import Camera, Rig
 from red_box import moving, walk
 from streams import Stream, camera
-from waiting import runs, wait_until
+from waiting import PATIENCE, runs, wait_until
 
 Go = Callable[..., tuple[int, str, str]]
 HALL, OFFICE, PASSAGE = (
@@ -221,13 +221,16 @@ def test_nonsense_is_refused(text: str, line: str, code: int, words: str, go: Go
     assert "Traceback" not in out + error
 
 
-LIVE = """
+LIVE = f"""
 import sys
 from motes.cli import main
-from motes.cues import Color
+from motes_fleet.cameras import rig_camera
+
+rig_camera.SILENCE = {PATIENCE}
 if __name__ == "__main__":
     sys.exit(main(["watch", "rig.toml", "-o", "r.csv"]))
 """
+"""motes watch, for which a camera of a busy machine is not silent."""
 
 
 @contextlib.contextmanager
