@@ -54,11 +54,13 @@ def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
     return cores() + ("not browser" not in config.getoption("markexpr"))
 
 
+TOGETHER = "fleet/tests/cluster"
+"""A folder whose files share a cluster, which takes longer to start than a browser does."""
+
+
 def shared(nodeid: str) -> str:
-    """Return the file of a test, or its folder where that has fixtures of its own."""
-    file = Path(nodeid.partition("::")[0])
-    own = Path(__file__).parent / file.with_name("conftest.py")
-    return str(file.parent if own.exists() else file)
+    """Return the file of a test, or its folder where files share what is costly."""
+    return TOGETHER if nodeid.startswith(TOGETHER) else nodeid.partition("::")[0]
 
 
 @pytest.hookimpl(optionalhook=True)
