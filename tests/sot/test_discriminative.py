@@ -290,6 +290,18 @@ def test_a_rival_begins_with_the_odds_of_a_leap(
     assert found.rival.lead == pytest.approx(lead + 0.5)
 
 
+def test_a_rival_with_clearly_less_evidence_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else nothing would ever be learned again beside a neighbor who stays."""
+    for evidence, alive in ((0.1, True), (-0.1, False)):
+        monkeypatch.setattr(placing, "localize", lambda *_, e=evidence: estimate(THERE, e))
+        state: Any = SimpleNamespace(rival=Rival(THERE, 0.0, alive=True))
+        found = placing._compare(
+            Discriminative(), np.random.default_rng(0), state, FRAME, estimate(HERE, 1.0),
+            np.zeros(2), [], None,
+        )  # fmt: skip
+        assert found.rival.alive is alive
+
+
 def test_a_team_mate_does_not_take_over() -> None:
     """Before and behind each other in a film of few details, where they look alike."""
     tracker, overlaps = Tracker(), list[float]()
@@ -304,6 +316,10 @@ def test_a_team_mate_does_not_take_over() -> None:
 
 
 RED, BLACK = Ellipse(40.0, 50.0, 12.0, 8.0), Ellipse(100.0, 50.0, 12.0, 8.0)
+
+
+def seen_at(place: Ellipse, evidence: float) -> Any:
+    return WindowEstimate(place, *[None] * 6, place, *[None] * 3, evidence)  # type: ignore
 
 
 @pytest.fixture
@@ -344,13 +360,37 @@ def test_the_search_finds_what_looks_like_the_first_region(
     assert found.look.pose == (there if clear else HERE)
 
 
+def test_the_search_goes_on_from_its_particles_and_reaches_farther_in_each_frame(
+    cars: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    config, frame, lost = cars
+    moved, asked = np.ones((100, 5)), list[tuple[Any, ...]]()
+
+    def step(*given: Any) -> tuple[Any, list[Ellipse]]:
+        asked.append(given)
+        return moved, [HERE]
+
+    monkeypatch.setattr(Redetection, "step", step)
+    monkeypatch.setattr(placing, "localize", lambda *_: seen_at(HERE, 0.9))  # not decided
+    found = Found(seen_at(THERE, -1.0), Rival(THERE))
+    for missed in (0, 1):
+        lost.standing = Standing(missed=missed)
+        found = placing.search(config, np.random.default_rng(0), lost, frame, found)
+        lost.search_particles = found.searchers
+    assert found.look.pose == THERE
+    (*_, first, _, _, once), (*_, second, _, _, twice) = asked
+    assert (first == np.array(BLACK)).all()  # where it was last
+    assert second is moved
+    assert (once, twice) == (1, 2)
+
+
 def test_the_search_takes_its_best_look(cars: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     config, frame, lost = cars
     told = list[float]()
 
     def seen(*_: object) -> Any:
         told.append((2.0, 4.0, 3.0)[len(told) % 3])
-        return WindowEstimate(RED, *[None] * 6, RED, *[None] * 3, told[-1])  # type: ignore
+        return seen_at(RED, told[-1])
 
     monkeypatch.setattr(placing, "localize", seen)
     before = Found(estimate(HERE, -1.0), Rival(HERE))

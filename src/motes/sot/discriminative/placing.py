@@ -172,7 +172,7 @@ def search(
 
     # One after the other: a look has a megabyte of windows and transforms.
     best = max(map(judged, places), key=lambda look: look.evidence)
-    if best.evidence > max(found.look.evidence, DECIDED):
+    if best.evidence > DECIDED:
         return Found(best, Rival(best.pose), True, searchers)
     return found._replace(searchers=searchers)
 
