@@ -217,7 +217,7 @@ def extend() -> Bytes:
 def camera(*parts: int) -> str:
     """Start a camera on this machine that sends a street as JPEGs over HTTP; return its address.
 
-    After each part, of so many frames, it is away until it is opened again.
+    `parts` are numbers of frames: after each of them the camera is away until it is opened again.
     """
     server = socket.create_server(("127.0.0.1", 0))
     film = [jpeg(frame.pixels) for frame, _ in islice(synthetic.Street(), sum(parts))]
