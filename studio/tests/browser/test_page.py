@@ -237,7 +237,7 @@ def test_a_folder_without_film_offers_those_of_the_demo(
         assert shown.state("[s.film.name, s.film.frames]") == ["sample-player.mp4", 200]
         page.get_by_text("Press B and drag a box around an object").wait_for()
         smoothing = "document.querySelector('#stage canvas').getContext('2d').imageSmoothingQuality"
-        assert page.evaluate(smoothing) == "high"
+        shown.wait(f"{smoothing} === 'high'")  # with the next paint
         page.locator("#play").click()
         shown.wait(f"{smoothing} === 'low'")
         page.keyboard.press("Home")
