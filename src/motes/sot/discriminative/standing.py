@@ -1,10 +1,9 @@
 """Whether the target is tracked, lost or searched for, and at which of several places it is.
 
-The rules for the status read log odds only, no pixels. One threshold serves them all: at log odds
-of 0 the target is as likely there as not, and the confidence is one half. Where two experts part, a
-single frame must not decide: a neighbor who looks alike is the surer one now and then. So the
-difference of their evidence is added up, as in Wald's sequential test (Annals of Mathematical
-Statistics 1945).
+The rules for the status read log odds only, no pixels. At log odds of 0 the target is as likely
+there as not, and the confidence is one half. Where two experts part, a single frame must not
+decide: a neighbor who looks alike is the surer one now and then. So the difference of their
+evidence is added up, as in Wald's sequential test (Annals of Mathematical Statistics 1945).
 
 No two targets are at one place: what is seen there speaks for one of them only (MacCormick and
 Blake, A probabilistic exclusion principle for tracking multiple objects, ICCV 1999). So when

@@ -150,8 +150,10 @@ class Discriminative(
         motion = sight.update(state.motion, state.ellipse, pose if steady else None)
         experts = self.experts.updated(state.experts, frame, look.sights, pose, float(learned))
         identity = state.identity.after(frame, pose, motion.camera, seen=look.evidence > 0)
-        confidence = probability(look.evidence) * identity.belief
-        reported = state.reported.after(confidence - 0.5, jumped=jumped)
+        # Who is tracked is lost once it is decided: half of a target is often there, too.
+        margin = DECIDED if state.reported.status is Status.TRACKING else 0.0
+        certain = probability(look.evidence + margin) * identity.belief
+        reported = state.reported.after(certain - 0.5, jumped=jumped)
         after = replace(
             after, motion=motion, light=light, experts=experts, identity=identity, reported=reported
         )
