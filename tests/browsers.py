@@ -104,7 +104,10 @@ class Shown:
         )
         end = time.monotonic() + PATIENCE
         while not self.page.evaluate(asked):
-            assert time.monotonic() < end, f"waited {PATIENCE:g} s in vain: {expression}"
+            if time.monotonic() > end:
+                where = self.state("[s.frame, s.pictured, s.connected, document.activeElement.id]")
+                page = self.page.inner_text("body")
+                raise AssertionError(f"waited {PATIENCE:g} s for {expression}: {where}\n{page}")
 
     def open(self, name: str = "film.mp4", tracker: str = "mean_shift") -> str:
         """Open a film in a new session, with a quick tracker; return the session's name."""
