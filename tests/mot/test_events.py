@@ -79,19 +79,22 @@ def test_parts_of_one_path_cross_once(
     ("before", "feet", "crosses"),
     [
         ([], [46, 54, 90, 92, 94], []),  # its second box is over the line, but not on a path
+        ([], [46, 54, None, 56, 58], []),  # nor where it is not seen in the next frame
         ([], [42, 48, 54, 91, 93], [(2, 1)]),  # three boxes are a path
         ([42, 46, 50, 54], [58, 62, 99, 101], [(2, 1)]),  # the path before has crossed it
     ],
 )
 @pytest.mark.parametrize("begin", [0, 1, 2])
 def test_a_jump_takes_back_only_what_the_second_box_has_crossed(
-    begin: int, before: list[int], feet: list[int], crosses: list[tuple[int, int]]
+    begin: int, before: list[int], feet: list[int | None], crosses: list[tuple[int, int]]
 ) -> None:
     """Also where times between frames differ by a rounding; `before` is one that is then hidden."""
     tracks = [[seen(i, (x, 40))] for i, x in enumerate(before)]
     hidden, identity = ([seen(0, (0, 0), Status.OCCLUDED)], 2) if before else ([], 1)
-    for i, x in enumerate([*feet, *range(feet[-1], feet[-1] + 40, 2)], start=len(before)):
-        tracks.append([*hidden, seen(i, (x, 40), identity=identity)])
+    end = feet[-1] or 0
+    for i, x in enumerate([*feet, *range(end, end + 40, 2)], start=len(before)):
+        here = [] if x is None else [seen(i, (x, 40), identity=identity)]
+        tracks.append([*hidden, *here])
     counting, events = gate(), list[Event]()
     for i, each in enumerate(tracks, start=begin):
         events += counting.update([replace(track, time=i / 25) for track in each])
