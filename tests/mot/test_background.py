@@ -146,6 +146,10 @@ def test_detections_in_a_file(tmp_path: Path) -> None:
     until = RecordedDetections(path, end=1)  # the later ones are not asked for
     assert [each.box for each in until(Frame(0, 0.0, pixels))] == [(0, 0, 5, 6)]
     assert until.unused_detections == []
+    late = RecordedDetections(path, end=1)
+    assert late(Frame(1, 0.0, pixels)) == []
+    (said,) = late.unused_detections
+    assert said.startswith(f"{path} has no detections in the frames up to 1 that were used; its")
 
 
 def test_a_file_that_holds_no_detections_is_refused(tmp_path: Path) -> None:

@@ -126,7 +126,7 @@ class RecordedDetections:
     """
 
     def __init__(self, path: str | Path, end: int | None = None) -> None:
-        self._path, self._last, self._unfit = path, 0, 0
+        self._path, self._last, self._unfit, self._given = path, 0, 0, 0
         self._frames: dict[int, list[Detection]] = {}
         for number, line in enumerate(lines_of(read_text(path)), start=1):
             if not line.strip():
@@ -145,6 +145,7 @@ class RecordedDetections:
             self._frames.setdefault(int(frame) - 1, []).append(found)
         if not self._frames:
             raise SourceError(f"{path} has no detections; give a file that has some.")
+        self._first = min(self._frames)
         if end is not None:
             self._frames = {index: each for index, each in self._frames.items() if index < end}
 
@@ -152,12 +153,18 @@ class RecordedDetections:
         """Return the detections that the file has for a frame."""
         found = self._frames.get(frame.index, [])
         self._last = frame.index
+        self._given += len(found)
         self._unfit += sum(best([each], frame) is None for each in found)
         return found
 
     @property
     def unused_detections(self) -> list[str]:
         """A line on those that could not be used in the frames so far, and after them."""
+        if not self._given:
+            return [
+                f"{self._path} has no detections in the frames up to {self._last} that were used; "
+                f"its first ones are of frame {self._first}"
+            ]
         late = sum(len(found) for index, found in self._frames.items() if index > self._last)
         why = f"{self._unfit} out of the picture or unfit in size, {late} after frame {self._last}"
         unused, every = self._unfit + late, sum(map(len, self._frames.values()))
