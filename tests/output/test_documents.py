@@ -102,6 +102,8 @@ def test_rows_keep_a_label(go: Go, command: str) -> None:
     assert {*read_track("a.csv")["label"]} == {"sea-bird"}
     assert Path("a.mp4").read_bytes() != Path("plain.mp4").read_bytes()
     if command == f"track FILM {BOX}":
+        assert go(f"{command} --label sea-bird --overlay alone.mp4")[0] == 0
+        assert Path("alone.mp4").read_bytes() == Path("a.mp4").read_bytes()
         assert go("smooth a.csv -o b.csv")[0] == 0
         assert {*read_track("b.csv")["label"]} == {"sea-bird"}
     if "--at" in command:

@@ -231,9 +231,7 @@ def check_label(label: str | None, output: str | None, form: str | None) -> None
     """
     if label is None:
         return
-    if output is None:
-        raise ConfigError("--label is for rows and documents; name one with -o, or omit it.")
-    if format_of(output, form) == "mot":
+    if output is not None and format_of(output, form) == "mot":
         raise ConfigError(
             "--label: rows of the MOTChallenge have no class; omit it, or choose .csv or .json."
         )
