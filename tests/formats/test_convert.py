@@ -224,7 +224,7 @@ def test_frames_before_a_run_are_none_of_its_document(go: Tell) -> None:
 
 def test_an_object_goes_on_between_keyframes(go: Tell) -> None:
     Path("a.keyframes.csv").write_text("frame,x,y,width,height\n0,9,9,20,20\n7,9,9,20,20\n")
-    assert go("convert a.keyframes.csv a.xml --size 320x240")[0] == 0
+    go.says("convert a.keyframes.csv a.xml --size 320x240", 0, "read as its left and top, not")
     assert boxes_back(go, "a.xml") == [*range(8)]
 
 

@@ -67,6 +67,7 @@ def _reach(
 
 TITLES = (b"frame,x,y,width,height\n", b"frame,x,y,a,b,theta\n")
 """Those of boxes, and of ellipses."""
+CORNER = "x and y of a box are read as its left and top, not as its center, as in rows of motes."
 
 
 def write(recorded: Recording, keyframe_error: float = KEYFRAME_ERROR) -> Iterator[bytes]:
@@ -117,4 +118,5 @@ def read(path: Path, facts: FilmFacts) -> Recording:
         with at(f"frame {frame}"):
             if region is not None:
                 objects.append(sound(placed(frame, region)))
-    return replace(Recording.of(facts, objects, dict.fromkeys(marks)), listed=True)
+    found = Recording.of(facts, objects, dict.fromkeys(marks))
+    return replace(found, listed=True, notes=[CORNER])
