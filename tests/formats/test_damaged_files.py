@@ -339,7 +339,7 @@ WRONG = [
     ("yolo", " 0.9 7", " 1.5", "line 1: confidence is 1.5; it is a probability, 0 to 1"),
     ("label-studio", '"sequence"', '"keys"', "region 1: it has no sequence"),
     ("label-studio", '"y": 40, "width": 40.5', '"width": 40.5', "missing required field `y`"),
-    ("label-studio", '"annotations"', '"results"', "it has no annotation and no prediction"),
+    ("label-studio", '"annotations"', '"results"', "and no prediction; submit one"),
     ("label-studio", "]}}]}]}]", "]}}]}]}, {}]", "it has 2 tasks"),
     ("label-studio", '"frame": 1', '"frame": 0', "frames -1 and 1 cannot be"),
     ("keyframes", "x,y,width,height", "y,x,width,height", "row 1: the columns are frame, y, x"),

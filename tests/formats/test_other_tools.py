@@ -482,6 +482,9 @@ def test_what_is_not_clear_is_refused(made: Any, reason: str, tmp_path: Path) ->
     ("text", "reason"),
     [
         ('[{"image_id": 1, "category_id": 1, "bbox": [1, 2, 3, 4]}]', "list of results of COCO"),
+        ('[{"name": "a-01.jpg", "labels": [{"box2d": {"x1": 1}}]}]', "list in JSON of another"),
+        ('[{"image": "1.png", "annotations": [{"coordinates": {}}]}]', "list in JSON of another"),
+        ('{"videos": [], "annotations": [{"video_id": 1}]}', "it is JSON of another tool"),
         ("frame,id,left,top,width,height\r0,1,1,2,3,4\r", "new-line character"),
         ('{"info": {}, "categories": {}, "items": [{"id": "a"}]}', "dataset of Datumaro"),
         ('{"version": "5.0.1", "shapes": [{"points": [[1, 2], [3, 4]]}]}', "picture of labelme"),

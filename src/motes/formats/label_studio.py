@@ -238,7 +238,7 @@ def _result(task: _VideoTask) -> tuple[_Result, int]:
         except msgspec.ValidationError as error:
             raise FormatError(f"predictions: {error}") from None
     if not kept:
-        raise FormatError("it has no annotation and no prediction; export it as JSON, not JSON-MIN")
+        raise FormatError("it has no annotation and no prediction; submit one, and export as JSON")
     if len(kept) > 1:
         raise FormatError(f"it has {len(kept)} {what}, as of several people or models; keep one.")
     return kept[0], len(task.annotations) - 1 if task.annotations else 0

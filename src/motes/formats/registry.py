@@ -169,7 +169,7 @@ NAMED = ("otb", "vot", "mot-truth", "mot-detections")
 SNIFFED = 1 << 16
 """Bytes of a file in which its format is looked for."""
 _RESULT = re.compile(r'"(image|video)_id"\s*:')
-_TASK = re.compile(r'"(annotations|predictions|data)"\s*:')
+_TASK = re.compile(r'"(result|predictions|data)"\s*:')
 """What results of COCO have, and tasks of Label Studio."""
 OTHERS_OF_JSON = {
     "items": "a dataset of Datumaro", "shapes": "a picture of labelme",
@@ -262,21 +262,27 @@ def _of_text(head: bytes, path: Path) -> str | None:
     first = text.partition("\n")[0].strip()
     if not first:
         raise ValueError("it is empty; make the file anew")
-    if text.startswith("[") and _RESULT.search(text) and not _TASK.search(text):
+    if text.startswith("[") and not _TASK.search(text):
         raise ValueError(
             "it is a list of results of COCO, without the images and the names of classes; put it "
             "as annotations into their document"
+            if _RESULT.search(text)
+            else "it is a list in JSON of another tool; export it as COCO, and what is of Label "
+            "Studio as JSON, not JSON-MIN"
         )
     marks = {
         "<": "cvat", "[": "label-studio", '{"motes"': "journal", "{": "coco",
         "scorer,": "deeplabcut",
     }  # fmt: skip
-    other = next((name for mark, name in OTHERS_OF_JSON.items() if f'"{mark}":' in text), None)
-    if text.startswith("{") and other is not None and '"images"' not in text:
-        raise ValueError(f"it is {other}, which is not read; export or convert it as COCO")
     found = next((form for mark, form in marks.items() if text.startswith(mark)), None)
+    if found == "coco" and _is_row(first):
+        return "jsonl"
+    if found == "coco" and b'"images"' not in path.read_bytes():
+        known = (name for mark, name in OTHERS_OF_JSON.items() if f'"{mark}":' in text)
+        other = next(known, "JSON of another tool")
+        raise ValueError(f"it is {other}, which is not read; export or convert it as COCO")
     if found is not None:
-        return "jsonl" if found == "coco" and _is_row(first) else found
+        return found
     titles = [title.strip() for title in next(csv.reader([first]), [])]
     if titles[:1] == ["film"] or titles[:5] == ["frame", "x", "y", "width", "height"]:
         return "keyframes"
