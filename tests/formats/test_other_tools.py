@@ -310,6 +310,8 @@ def test_outlines_and_attributes_of_cvat_are_told(tmp_path: Path) -> None:
         ({"segmentation": [[9, 9, 49, 9, 49, 59, 9, 59]]}, "", 1),
         ({"attributes": {"occluded": True, "color": "red", "brand": "x"}},
          "the attributes brand, color", 1),
+        ({"tracking_id": 3, "visibility": 0.4, "area": 9, "ignore": 0},
+         "the attributes tracking_id, visibility", 1),
         ({"rotation": 0.5}, "1 angle beside a box, of which no rule is known", 1),
     ],
 )  # fmt: skip

@@ -41,6 +41,10 @@ ROUNDING = 0.05
 """An ellipse that an angle changes by less, in pixels, is upright: corners have two decimals."""
 KNOWN = {"occluded", "rotation", "track_id", "keyframe"}
 """The attributes that CVAT has of each object; the others are a user's."""
+FOLLOWS = {"area", "num_keypoints", "video_id"}
+"""Keys of an annotation that others tell too."""
+EMPTY = (b"null", b"false", b"0", b"[]", b"{}", b'""')
+"""Values of keys that tell nothing."""
 
 
 def write(recorded: Recording) -> Iterator[bytes]:
@@ -184,6 +188,18 @@ class _Document(msgspec.Struct):
     categories: list[_Category] = []
 
 
+class _Keys(msgspec.Struct):
+    """All that its annotations hold, of which tools have their own, such as other identities."""
+
+    annotations: list[dict[str, msgspec.Raw]]
+
+    def others(self) -> set[str]:
+        """Return the keys with a value that are not read."""
+        known = {*_Annotation.__struct_fields__, *FOLLOWS}
+        told = ((key, value) for each in self.annotations for key, value in each.items())
+        return {key for key, value in told if key not in known and bytes(value) not in EMPTY}
+
+
 def read(path: Path, facts: FilmFacts) -> Recording:
     """Return the annotations of a COCO document.
 
@@ -234,7 +250,8 @@ def read(path: Path, facts: FilmFacts) -> Recording:
         "{}, but for box and ellipse": (sum(each.is_outline for each in given), "outline"),
     }  # fmt: skip
     left_out = [text.format(counted(*number)) for text, number in others.items() if number[0]]
-    left_out += unread({name for each in given for name in each.attributes} - KNOWN)
+    names = {name for each in given for name in each.attributes} - KNOWN
+    left_out += unread(names | read_json(path, _Keys).others())
     searched = alone(unplaced, objects)
     found = Recording.of(facts, objects, times, size, files, left_out, searched)
     numbers = sorted(times)
