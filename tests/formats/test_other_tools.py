@@ -113,6 +113,8 @@ def coco(folder: Path, names: Sequence[str | dict[str, Any]], **more: Any) -> Pa
         (["c.jpg", "d.jpg"], (), [0, 1]),
         (["x/000005.png", "x/000015.png"], [f"{5 * i:06}.png" for i in range(4)], [1, 3]),
         (["a_png.rf.0f1e22.jpg", "c_png.rf.77.jpg"], ["a.png", "b.png", "c.png"], [0, 2]),
+        ([r"x\3fe2aa12-a.png", r"x\9c12de01-c.png"], ["a.png", "b.png", "c.png"], [0, 2]),
+        (["3fe2aa12-c.png", "9c12de01-d.png"], (), [0, 1]),
         ([{"frame_id": 1, "prev_image_id": -1}, {"frame_id": 2, "prev_image_id": 7}], (), [0, 1]),
         ([{"frame_id": 0}, {"frame_id": 3}], (), [0, 3]),
     ],

@@ -10,7 +10,7 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 from typing import Any
 
 import msgspec
@@ -286,7 +286,7 @@ def _row(
 def _frames(images: list[_Image], known: Mapping[str, int]) -> tuple[dict[int, int], list[str]]:
     """Return the frame of each image, by its id, and what was assumed for it."""
     stated = {each.id: each.frame if each.frame is not None else each.frame_id for each in images}
-    paths = {each.id: Path(each.file_name) for each in images}
+    paths = {each.id: PureWindowsPath(each.file_name) for each in images}  # it splits at both
     stems = {key: text_name(path.stem) for key, path in paths.items()}
     if None not in stated.values() and not {*stems.values()} <= {*known}:
         # Those who link an image to the one before, without any for the first, count from 1.

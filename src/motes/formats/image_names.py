@@ -15,6 +15,8 @@ OF_VIDEO = re.compile(r"frame_\d+")
 _OF_ANOTHER = re.compile(r"frame_\d{6}(_\d+)+")
 """That of a frame which has its name from another video already: CVAT adds a number."""
 _ROBOFLOW = re.compile(r"_(jpe?g|png|bmp|webp|tiff?)\.rf\.\w+$", re.IGNORECASE)
+_UPLOADED = re.compile(r"^[0-9a-f]{8}-")
+"""What Label Studio puts before the name of a file."""
 _NUMBER = re.compile(r"[^0-9a-zA-Z]*\d+\D*$")
 _OF_ANY = "frame", "frames", "image", "images", "img", "im", "picture"
 """Names that tools give to the images of any film."""
@@ -55,7 +57,8 @@ def note_on_names(names: Iterable[str], facts: FilmFacts) -> list[str]:
         return []
     film = text_name(Path(facts.source).stem)
     names = [*names]
-    heads = {_NUMBER.sub("", _ROBOFLOW.sub("", name)) for name in names} - {"", *_OF_ANY}
+    plain = (_UPLOADED.sub("", _ROBOFLOW.sub("", name)) for name in names)
+    heads = {_NUMBER.sub("", name) for name in plain} - {"", *_OF_ANY}
     if len(heads) < len(names):  # else each name has something of its own, such as a time
         check_one_film(names=heads)
     if len(heads) != 1 or heads <= {film} or film == UNKNOWN:
@@ -70,15 +73,15 @@ def frame_of(name: str, images: Mapping[str, int]) -> int | None:
     is one of several videos, or ends in a hash, which says nothing. `images` has the frames of the
     film's images by their names; none of a video.
     """
-    if name in images:
-        return images[name]
+    exported = _ROBOFLOW.sub("", name)
+    plain = _UPLOADED.sub("", exported)
+    for known in (name, exported, plain):
+        if known in images:
+            return images[known]
     if _OF_ANOTHER.fullmatch(name):
         raise FormatError(
             "CVAT names the frames of a project's second video so; export the task of one."
         )
-    plain = _ROBOFLOW.sub("", name)
-    if plain in images:
-        return images[plain]
     number = re.search(r"(\d+)\D*$", plain)
     if number is None:
         return None
