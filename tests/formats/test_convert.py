@@ -209,6 +209,9 @@ def test_a_track_ends_where_its_film_goes_on(
     cut = options == "--init BOX --end 4"  # keyframes tell how many frames they have read
     assert (code, "stays to the end of the task; give --video" in said) == (0, cut), said
     go.says("convert open.xml again.xml", 0, "stays to the end of the task", told=False)
+    titles = "frame,id,left,top,width,height,status,confidence"
+    Path("lost.csv").write_text(f"{titles}\n0,1,9,9,20,20,tracking,1\n1,1,9,9,20,20,lost,0\n")
+    go.says("convert lost.csv lost.xml --size 320x240", 0, "stays to the end", told=False)
     go.says(f"convert run.csv same.xml --video {source}", 0, "stays to the end of the", told=False)
     for document in ("run.xml", "same.xml"):
         boxes = ElementTree.parse(document).findall("track/box")

@@ -112,7 +112,7 @@ def convert(
     from motes.correction.history import History, check_beside, hand_on
     from motes.formats import mot, registry
     from motes.formats.recording import LABEL
-    from motes.formats.visibility import CLASSES, TIMES, aspects
+    from motes.formats.visibility import CLASSES, SHOWN, TIMES, aspects
     from motes.video.image_files import IMAGE_ENDINGS
 
     if list_:
@@ -165,8 +165,8 @@ def convert(
     if recorded.assumed and video is None and TIMES in written.holds:
         log(f"{rows} has no times, 25 frames a second are assumed; give --fps or --video.")
     ended = bool(recorded.length) or (known is not None and known.end is None)  # with its film
-    last = recorded.frames[-1:]
-    if form == "cvat" != source and not ended and any(row.objects for row in last):
+    last = (each.status in SHOWN for row in recorded.frames[-1:] for each in row.objects)
+    if form == "cvat" != source and not ended and any(last):
         log(
             f"{rows} does not tell how long its film is: in CVAT an object of its last frame "
             f"stays to the end of the task; give --video or --frames."
