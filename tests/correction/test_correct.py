@@ -45,7 +45,7 @@ def marks(clip: Clip) -> dict[int, motes.Box | None]:
 
 @pytest.fixture(scope="module")
 def tracks(film: Path, marks: dict[int, motes.Box | None]) -> list[Track]:
-    return motes.correct(film, marks, seed=1)
+    return motes.correct(film, marks)
 
 
 class Frames:

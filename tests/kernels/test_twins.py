@@ -89,11 +89,12 @@ def test_ridge_regression_on_spectra() -> None:
 def test_a_response_is_padded_and_centered() -> None:
     """As numpy's transforms want it, with more values than there are frequencies."""
     shape, more = (7, 9), (14, 18)
-    response = np.fft.rfft2(RNG.normal(size=shape)).astype(np.complex64)
+    learned, first = (np.fft.rfft2(RNG.normal(size=shape)).astype(np.complex64) for _ in range(2))
     out = np.empty((14, 10), np.complex64)
-    kernels.fourier_ridge.pad(response, 4.0, out)
+    kernels.fourier_ridge.pad(learned, first, 0.3, 4.0, out)
     plane = np.fft.irfft2(out, more).astype(np.float32)
-    assert_close(plane[::2, ::2], np.fft.irfft2(response, shape), 1e-4)
+    expected = np.fft.irfft2(0.7 * learned + 0.3 * first, shape)
+    assert_close(plane[::2, ::2], expected, 1e-4)
     for size in ((7, 10), (6, 9)):
         values, middle = RNG.random(size).astype(np.float32), np.empty(size, np.float32)
         kernels.fourier_ridge.center(values, middle)
@@ -338,8 +339,8 @@ def test_ridge_regression_refuses_sizes_that_do_not_fit() -> None:
             ridge.teach(spectra, spectra[0], 0.3, short, power)
         with pytest.raises(ValueError, match=r"^correlate needs a filter \(K, F\)"):
             ridge.correlate(short, power, spectra, spectra[0])
-    with pytest.raises(ValueError, match=r"^pad needs a response, and room"):
-        ridge.pad(large, 4.0, plane)
+    with pytest.raises(ValueError, match=r"^pad needs two responses of one size"):
+        ridge.pad(plane, large, 0.3, 4.0, large)
     with pytest.raises(ValueError, match=r"^center needs two planes of one size"):
         ridge.center(np.ones((2, 3), np.float32), np.ones((2, 2), np.float32))
 

@@ -138,22 +138,32 @@ class ConfinedView:
         """Return where in the window the response is largest."""
         rows, columns = self.plane.shape
         row, column = divmod(int(np.argmax(self.plane)), columns)
-        x, y = self.pixels * (column - columns // 2), self.pixels * (row - rows // 2)
-        cosine, sine = math.cos(self.place.theta), math.sin(self.place.theta)
-        return self.place._replace(
-            x=self.place.x + cosine * x - sine * y, y=self.place.y + sine * x + cosine * y
-        )
+        return self._at(column - columns // 2, row - rows // 2)
 
-    def near(self, place: Ellipse) -> float:
-        """Return the largest response within `radius` of a place; 0 outside of the window."""
+    def near(self, place: Ellipse, sides: float = 0.0) -> tuple[float, Ellipse]:
+        """Return the largest response near a place, and where it is; 0 outside of the window.
+
+        Near is what lies within `sides` mean sides of the target, and within `radius` at least.
+        """
         across, down = self.offset(place)
         size = len(self.plane)
         column, row = (round(off * CELL_SIZE) + size // 2 for off in (across, down))
         if not (0 <= row < size and 0 <= column < size):
-            return 0.0
-        reach = max(round(self.radius / self.pixels), CELL_SIZE)
+            return 0.0, place
+        radius = max(self.radius, sides * place.side)
+        reach = max(round(radius / self.pixels), CELL_SIZE)
         top, left = max(row - reach, 0), max(column - reach, 0)
-        return float(self.plane[top : row + reach + 1, left : column + reach + 1].max())
+        part = self.plane[top : row + reach + 1, left : column + reach + 1]
+        i, j = divmod(int(np.argmax(part)), part.shape[1])
+        return float(part[i, j]), self._at(left + j - size // 2, top + i - size // 2)
+
+    def _at(self, column: int, row: int) -> Ellipse:
+        """Return the place at values of the plane from its middle."""
+        cosine, sine = math.cos(self.place.theta), math.sin(self.place.theta)
+        x, y = column * self.pixels, row * self.pixels
+        return self.place._replace(
+            x=self.place.x + cosine * x - sine * y, y=self.place.y + sine * x + cosine * y
+        )
 
 
 class ConfinedFilter(Config, frozen=True):
@@ -166,7 +176,7 @@ class ConfinedFilter(Config, frozen=True):
         spectra = self._spectra(samples, frame, ellipse)
         learned = self._solve(samples, spectra, None, samples.label(0.0, 0.0), 0.0)
         model = ConfinedModel(ellipse.a, ellipse.b, learned, 1.0, 0)
-        response = self.view(model, frame, ellipse).near(ellipse)
+        response, _ = self.view(model, frame, ellipse).near(ellipse)
         return replace(model, reference=max(LEARNED_RESPONSE * response, 1e-6))
 
     def view(self, model: ConfinedModel, frame: Frame, place: Ellipse) -> ConfinedView:
@@ -176,9 +186,11 @@ class ConfinedFilter(Config, frozen=True):
         n = samples.cells
         response = ridge.filtered(model.filter, np.ones((n, n // 2 + 1), np.float32), spectra)
         side = CELL_SIZE * n
-        padded = np.empty((side, n // 2 + 1), np.complex64)
-        kernels.fourier_ridge.pad(response, CELL_SIZE**2 / model.reference, padded)
+        padded = np.zeros((side, n // 2 + 1), np.complex64)
+        low, high = (n + 1) // 2, n // 2
+        padded[:low], padded[side - high :] = response[:low], response[low:]
         plane = irfft2(padded, side)
+        plane *= CELL_SIZE**2 / model.reference
         pixels = samples.step(place)
         radius = PEAK_RADIUS * samples.sigma * CELL_SIZE * pixels
         return ConfinedView(place, pixels, spectra, ridge.centered(plane), radius)
@@ -206,7 +218,7 @@ class ConfinedFilter(Config, frozen=True):
         learned = self._solve(samples, spectra, model.filter, samples.label(x, y), INERTIA / share)
         seen, reference = model.seen, model.reference
         if seen < REFERENCE_FRAMES:
-            response = view.near(target) * reference
+            response = view.near(target)[0] * reference
             reference = max((seen * reference + response) / (seen + 1), 1e-6)
             seen += 1
         return replace(model, filter=learned, reference=reference, seen=seen)

@@ -71,6 +71,9 @@ class Correlation(Cue, Config, frozen=True):
     sharpness: Positive = 1 / 6
     """Width of the response's peak: standard deviation of the Gaussian that the filter learns, as a
     share of the target's mean side. A larger value gives a wider peak."""
+    anchor: Share = 0.3
+    """Share of the first frame's filter in the response; the rest is that of the learned filter.
+    With a larger value the target's first appearance counts more."""
     learning_rate: Share = 0.02
     """Share of the current frame in the updated filter. With a larger value the filter follows
     changes faster; 0 keeps it fixed."""
@@ -135,15 +138,16 @@ class Correlation(Cue, Config, frozen=True):
     def responses(self, model: CorrelationModel, spectra: Spectra) -> tuple[Singles, Singles]:
         """Return the filter's response and that of the first frame's filter, around the middle.
 
-        The label's peak is 1. The first response has shape (UPSAMPLING h, UPSAMPLING w): there are
-        UPSAMPLING values to a cell's side, by an inverse transform padded with zeros. The second
-        one (h, w) has one value to a cell.
+        The label's peak is 1. The first frame's filter has the share `anchor` in the filter's
+        response. That response has shape (UPSAMPLING h, UPSAMPLING w): there are UPSAMPLING values
+        to a cell's side, by an inverse transform padded with zeros. The second response (h, w) has
+        one value to a cell.
         """
         first = filtered(model.first_numerator, model.first_power + RIDGE, spectra)
         learned = filtered(model.numerator, model.power + RIDGE, spectra)
         rows, columns = model.grid.rows, model.grid.columns
         padded = np.empty((UPSAMPLING * rows, UPSAMPLING * columns // 2 + 1), np.complex64)
-        kernels.fourier_ridge.pad(learned, UPSAMPLING**2, padded)
+        kernels.fourier_ridge.pad(learned, first, self.anchor, UPSAMPLING**2, padded)
         plane = irfft2(padded, UPSAMPLING * columns)
         return centered(plane), centered(irfft2(first, columns))
 

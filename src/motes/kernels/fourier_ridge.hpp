@@ -33,16 +33,22 @@ inline void correlate(Plane<const Complex> numerator, Row<const float> power,
     for (Index i = 0; i < out.size; ++i) out[i] /= power[i];
 }
 
-// Writes a response's spectrum (h, w / 2 + 1), times `gain`, for an inverse transform with more
-// values, padded with zeros: `out` has more rows and columns.
-inline void pad(Plane<const Complex> response, double gain, Plane<Complex> out) {
-    const Index rows = response.rows, columns = response.columns, below = rows / 2;
-    fit(out.rows >= rows && out.columns >= columns, "a response, and room for more");
-    const float factor = float(gain);
+// Writes the response's spectrum for an inverse transform with more values, padded with zeros: a
+// share of the first filter's response in the learned one's, (h, w / 2 + 1) both.
+//
+// `gain` is the number of values for one; `out` has more rows and columns.
+inline void pad(Plane<const Complex> learned, Plane<const Complex> first, double share, double gain,
+                Plane<Complex> out) {
+    const Index rows = learned.rows, columns = learned.columns, below = rows / 2;
+    fit(first.rows == rows && first.columns == columns && out.rows >= rows &&
+            out.columns >= columns,
+        "two responses of one size, and room for more");
+    const float other = float(1.0 - share), part = float(share), factor = float(gain);
     std::fill_n(out.data, out.rows * out.columns, Complex());
     for (Index i = 0; i < rows; ++i) {
         Complex* to = out[i < rows - below ? i : out.rows - rows + i];
-        for (Index j = 0; j < columns; ++j) to[j] = factor * response[i][j];
+        for (Index j = 0; j < columns; ++j)
+            to[j] = factor * (other * learned[i][j] + part * first[i][j]);
     }
 }
 

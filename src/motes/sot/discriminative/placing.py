@@ -14,7 +14,7 @@ from motes.core.types import Floats
 from motes.sot.discriminative.config import DiscriminativeConfig
 from motes.sot.discriminative.localization import WindowEstimate, localize
 from motes.sot.discriminative.prediction import Prediction, Transition
-from motes.sot.discriminative.standing import DECIDED, Rival
+from motes.sot.discriminative.standing import APART, DECIDED, Rival
 from motes.sot.discriminative.state import DiscriminativeState
 
 TURN = 0.25
@@ -47,15 +47,19 @@ def find(
 ) -> Found:
     """Return the target's place near the predicted one, or where another expert sees it.
 
-    A missed target may be anywhere near.
+    A far prediction may be wrong: unless the place there is decided, the last one is looked at as
+    well. A missed target may be anywhere near.
     """
-    shift = sight.likeliest(state.motion)
-    predicted = moved(state.ellipse, shift, frame)
+    last, shift = state.ellipse, sight.likeliest(state.motion)
+    predicted = moved(last, shift, frame)
     transition = None if state.standing.missed else state.motion.transition(predicted)
     experts = config.experts
     sights = experts.look(state.experts, frame, predicted)
     sigma = math.inf if transition is None else transition.sigma
     look = localize(config, rng, state, frame, predicted, sights, sigma)
+    if math.hypot(*shift.tolist()) > APART * last.side and look.evidence < DECIDED:
+        there = localize(config, rng, state, frame, last, sights)
+        look = max(look, there, key=lambda look: look.evidence)
     proposals = experts.proposals(sights)
     return _compare(config, rng, state, frame, look, shift, proposals, transition)
 
