@@ -249,7 +249,8 @@ class EventCounter:
             # It then holds something else than before, such as two objects that touch. What was
             # hidden for more than half a second may be anywhere.
             lately = 1.1 * (walk.feet[-1][0] - walk.feet[0][0])  # times may be in milliseconds
-            lately *= 1 + (walk.rows == 2)  # of two boxes the next one may be missing
+            if walk.rows == 2:  # the frame between may have missed it
+                lately *= 2
             jumped = walk.continued or walk.off(foot, time, lately) > limit
             if jumped and walk.rows == 2:  # or its second box did, before it had a way
                 for name in self._lines.keys() & walk.pending.keys():

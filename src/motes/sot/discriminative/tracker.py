@@ -150,7 +150,7 @@ class Discriminative(
         motion = sight.update(state.motion, state.ellipse, pose if steady else None)
         experts = self.experts.updated(state.experts, frame, look.sights, pose, float(learned))
         identity = state.identity.after(frame, pose, motion.camera, seen=look.evidence > 0)
-        # Who is tracked is lost once it is decided: half of a target is often there, too.
+        # A tracked target is lost once that is decided: with less, part of it is often there.
         margin = DECIDED if state.reported.status is Status.TRACKING else 0.0
         certain = probability(look.evidence + margin) * identity.belief
         reported = state.reported.after(certain - 0.5, jumped=jumped)
