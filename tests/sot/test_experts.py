@@ -13,7 +13,7 @@ from motes.cues.base import Cue
 from motes.cues.color import Color, Posterior
 from motes.cues.correlation_filter import Correlation
 from motes.sot.discriminative.expert import Confined, Evidence, Expert, Experts, probability
-from motes.sot.discriminative.standing import APART, Standing
+from motes.sot.discriminative.standing import Standing
 from motes.testing import check_expert
 
 PLACE = Ellipse(120.0, 90.0, 15.0, 12.0)
@@ -36,7 +36,6 @@ class Sure(Expert, Config, frozen=True):
 
     says: float = 0.0
     place: tuple[float, float] | None = None
-    near: tuple[float, float] | None = None
 
     def learn(self, frame: Frame, box: Ellipse) -> Any:
         """Return any model."""
@@ -54,10 +53,6 @@ class Sure(Expert, Config, frozen=True):
         """Return its place."""
         return sight._replace(x=self.place[0], y=self.place[1]) if self.place else None
 
-    def refined(self, sight: Ellipse, place: Ellipse) -> Ellipse | None:
-        """Return its other place."""
-        return place._replace(x=self.near[0], y=self.near[1]) if self.near else None
-
 
 def test_it_keeps_the_rules() -> None:
     check_expert(Confined())
@@ -73,12 +68,11 @@ def test_it_can_be_switched_off() -> None:
     assert track.ellipse[:2] == pytest.approx((124.0, PLACE.y), abs=1.5)
 
 
-def test_log_odds_are_added_and_places_averaged() -> None:
-    together = Experts({"a": Sure(1.5, near=(100.0, 50.0)), "b": Sure(-0.5), "c": Sure()})
+def test_log_odds_are_added() -> None:
+    together = Experts({"a": Sure(1.5), "b": Sure(-0.5), "c": Sure()})
     frame = picture()
     sights = together.look(together.learn(frame, PLACE), frame, PLACE)
     assert together.log_odds(sights, PLACE) == 1.0
-    assert together.refined(sights, PLACE)[:2] == (110.0, 70.0)
     assert together.proposals(sights) == []
 
 
@@ -110,17 +104,6 @@ def test_the_confined_filter_speaks_for_the_target_and_finds_it() -> None:
     assert confined.proposes(sight)[:2] == pytest.approx((126.0, 96.0), abs=1.5)
     target, beside = PLACE._replace(x=126.0, y=96.0), PLACE._replace(x=80.0)
     assert confined.log_odds(sight, target) > confined.log_odds(sight, beside) + 1
-
-
-@pytest.mark.parametrize(("apart", "near"), [(0.8 * APART, True), (2.0, False)])
-def test_it_refines_a_place_up_to_where_another_target_begins(apart: float, near: bool) -> None:
-    """Farther off, it is a rival."""
-    confined = Confined()
-    sight = sight_of(confined, picture())
-    place = PLACE._replace(x=PLACE.x + apart * PLACE.side)
-    refined = confined.refined(sight, place)
-    found = refined is not None and math.dist(refined[:2], PLACE[:2]) < 2
-    assert found is near
 
 
 def test_an_expert_makes_the_tracker_surer_by_what_it_says() -> None:

@@ -138,32 +138,22 @@ class ConfinedView:
         """Return where in the window the response is largest."""
         rows, columns = self.plane.shape
         row, column = divmod(int(np.argmax(self.plane)), columns)
-        return self._at(column - columns // 2, row - rows // 2)
+        x, y = self.pixels * (column - columns // 2), self.pixels * (row - rows // 2)
+        cosine, sine = math.cos(self.place.theta), math.sin(self.place.theta)
+        return self.place._replace(
+            x=self.place.x + cosine * x - sine * y, y=self.place.y + sine * x + cosine * y
+        )
 
-    def near(self, place: Ellipse, sides: float = 0.0) -> tuple[float, Ellipse]:
-        """Return the largest response near a place, and where it is; 0 outside of the window.
-
-        Near is what lies within `sides` mean sides of the target, and within `radius` at least.
-        """
+    def near(self, place: Ellipse) -> float:
+        """Return the largest response within `radius` of a place; 0 outside of the window."""
         across, down = self.offset(place)
         size = len(self.plane)
         column, row = (round(off * CELL_SIZE) + size // 2 for off in (across, down))
         if not (0 <= row < size and 0 <= column < size):
-            return 0.0, place
-        radius = max(self.radius, sides * place.side)
-        reach = max(round(radius / self.pixels), CELL_SIZE)
+            return 0.0
+        reach = max(round(self.radius / self.pixels), CELL_SIZE)
         top, left = max(row - reach, 0), max(column - reach, 0)
-        part = self.plane[top : row + reach + 1, left : column + reach + 1]
-        i, j = divmod(int(np.argmax(part)), part.shape[1])
-        return float(part[i, j]), self._at(left + j - size // 2, top + i - size // 2)
-
-    def _at(self, column: int, row: int) -> Ellipse:
-        """Return the place at values of the plane from its middle."""
-        cosine, sine = math.cos(self.place.theta), math.sin(self.place.theta)
-        x, y = column * self.pixels, row * self.pixels
-        return self.place._replace(
-            x=self.place.x + cosine * x - sine * y, y=self.place.y + sine * x + cosine * y
-        )
+        return float(self.plane[top : row + reach + 1, left : column + reach + 1].max())
 
 
 class ConfinedFilter(Config, frozen=True):
@@ -176,7 +166,7 @@ class ConfinedFilter(Config, frozen=True):
         spectra = self._spectra(samples, frame, ellipse)
         learned = self._solve(samples, spectra, None, samples.label(0.0, 0.0), 0.0)
         model = ConfinedModel(ellipse.a, ellipse.b, learned, 1.0, 0)
-        response, _ = self.view(model, frame, ellipse).near(ellipse)
+        response = self.view(model, frame, ellipse).near(ellipse)
         return replace(model, reference=max(LEARNED_RESPONSE * response, 1e-6))
 
     def view(self, model: ConfinedModel, frame: Frame, place: Ellipse) -> ConfinedView:
@@ -218,7 +208,7 @@ class ConfinedFilter(Config, frozen=True):
         learned = self._solve(samples, spectra, model.filter, samples.label(x, y), INERTIA / share)
         seen, reference = model.seen, model.reference
         if seen < REFERENCE_FRAMES:
-            response = view.near(target)[0] * reference
+            response = view.near(target) * reference
             reference = max((seen * reference + response) / (seen + 1), 1e-6)
             seen += 1
         return replace(model, filter=learned, reference=reference, seen=seen)

@@ -20,7 +20,6 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.registry import Registry
 from motes.cues.confined_filter import ConfinedFilter, ConfinedModel, ConfinedView
-from motes.sot.discriminative.standing import APART
 
 NEUTRAL = 0.6
 """A filter's response that speaks neither for a place nor against it."""
@@ -82,10 +81,6 @@ class Expert:
         """Return where the expert sees the target, or None."""
         return None
 
-    def refined(self, sight: Any, place: Ellipse) -> Ellipse | None:
-        """Return where the expert sees the target near a place, or None if it does not."""
-        return None
-
     def updated(self, model: Any, frame: Frame, sight: Any, place: Ellipse, share: float) -> Any:
         """Return the model after a frame with the target at `place`; by default it stays.
 
@@ -144,13 +139,6 @@ class Experts:
         places = [expert.proposes(sights[name]) for name, expert in self.named.items()]
         return [place for place in places if place is not None]
 
-    def refined(self, sights: Mapping[str, Any], place: Ellipse) -> Ellipse:
-        """Return the mean of a place and of where the experts see the target near it."""
-        near = [expert.refined(sights[name], place) for name, expert in self.named.items()]
-        seen = [place, *(each for each in near if each is not None)]
-        x, y = (sum(each[axis] for each in seen) / len(seen) for axis in (0, 1))
-        return place._replace(x=x, y=y)
-
     def log_odds(self, sights: Mapping[str, Any], place: Ellipse) -> float:
         """Return by how much the experts together speak for a place."""
         voices = (expert.log_odds(sights[name], place) for name, expert in self.named.items())
@@ -181,10 +169,6 @@ class Experts:
         return {name: expert.placed(models[name], box) for name, expert in self.named.items()}
 
 
-TRUSTED_RESPONSE = NEUTRAL / 2
-"""From this response on, relative to the first frames, the filter's place counts."""
-
-
 class Confined(ConfinedFilter, Expert, frozen=True):
     """The response of a filter that is confined to the target; see `ConfinedFilter`."""
 
@@ -204,12 +188,6 @@ class Confined(ConfinedFilter, Expert, frozen=True):
         """Return where the response is largest."""
         return sight.peak()
 
-    def refined(self, sight: ConfinedView, place: Ellipse) -> Ellipse | None:
-        """Return where the response is largest among the places that may be the same target."""
-        response, peak = sight.near(place, APART)
-        return peak if response > TRUSTED_RESPONSE else None
-
     def log_odds(self, sight: ConfinedView, place: Ellipse) -> float:
         """Return by how much the response speaks for a place."""
-        response, _ = sight.near(place)
-        return self.weight * (response - NEUTRAL)
+        return self.weight * (sight.near(place) - NEUTRAL)

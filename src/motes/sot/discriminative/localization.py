@@ -59,8 +59,7 @@ class WindowEstimate:
     weights: Weights
     """(N,), theirs."""
     pose: Ellipse
-    """The mean of the particles' place and of where experts see the target near it; with the size
-    and angle of `window_pose`."""
+    """The mean of the particles, with the size and angle of `window_pose`."""
     box: Floats
     """(4,) the pose in samples of the window: x and y from its center, and half sides."""
     contrast: float
@@ -82,9 +81,8 @@ def localize(
 ) -> WindowEstimate:
     """Return the weighted mean of particles in the window around `place`.
 
-    Where experts see the target near by, it is at the mean of their places and this one.
-    `sights` are what they see in this frame. The target is expected at `place` with a standard
-    `deviation` in pixels; by default it may be anywhere in the window.
+    `sights` are what the experts see in this frame. The target is expected at `place` with a
+    standard `deviation` in pixels; by default it may be anywhere in the window.
     """
     sights = config.experts.look_again(known.experts, frame, place, sights)
     samples = known.correlation.grid
@@ -104,8 +102,6 @@ def localize(
     weighed = Weights.from_log(log_weights)
     x, y = (weighed.values @ centers).tolist()
     found = place._replace(x=x, y=y)
-    found = config.experts.refined(sights, found)
-    centers += np.subtract(found[:2], (x, y))
     box = np.append(samples.offsets(place, np.array(found[:2])), half)
     stands_out = contrast(integral, box)
     similarity = peak_near(first, box[0], box[1])
