@@ -190,9 +190,9 @@ def from_bgr(image: NDArray[Any]) -> NDArray[Any]:
 
 def _readable(image: Any) -> bool:
     """Return whether kernels can read an image where it lies (`Picture` of `kernels`)."""
-    if type(image) is not np.ndarray or image.dtype != BYTE or image.shape[2:] != (3,):
+    if type(image) is not np.ndarray or image.ndim != 3 or image.dtype != BYTE:
         return False
-    height, width, _ = image.shape
+    height, width, channels = image.shape
     line, pixel, channel = image.strides
     size = 1 + 2 * abs(channel)
     in_order = (
@@ -201,4 +201,5 @@ def _readable(image: Any) -> bool:
         and pixel * (width - 1) + size <= line
         and line * height <= LARGEST_VIEW
     )
-    return image.size > 0 and (in_order or image.flags.c_contiguous)
+    filled = channels == 3 and height > 0 and width > 0
+    return filled and (in_order or image.flags.c_contiguous)
