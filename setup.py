@@ -13,6 +13,8 @@ from setuptools.command.build_ext import build_ext
 from setuptools.errors import CCompilerError
 
 KERNELS = Path("src", "motes", "kernels")
+RANDOM = Path(np.random.__file__).with_name("lib")
+"""Where numpy has `npyrandom`, its random numbers for C."""
 UNIX = [
     "-std=c++17",
     "-O3",
@@ -62,6 +64,8 @@ def extension(name: str) -> Extension:
         [str(KERNELS / f"{name}.cpp")],
         depends=["setup.py", *map(str, sorted(KERNELS.glob("*.hpp")))],
         include_dirs=[np.get_include()],
+        library_dirs=[str(RANDOM)],
+        libraries=["npyrandom"],
         py_limited_api=True,
     )
 

@@ -171,3 +171,11 @@ def test_an_installation_without_kernels_says_what_to_do() -> None:
     (line,) = (line for line in done.stdout.splitlines() if line.startswith("kernels"))
     assert "motes' kernels are not compiled (" in line
     assert "run `pip install --editable .` where its sources are" in line
+
+
+def test_a_step_draws_from_a_bit_generator_alone() -> None:
+    pixels, states = np.zeros((9, 9, 3), np.uint8), np.zeros((1, 5))
+    arguments: Any = (pixels, states, np.ones(1), np.random.PCG64(0))
+    with pytest.raises(TypeError) as refused:
+        kernels.color_filter.step(*arguments, *[None] * 5)
+    assert str(refused.value) == "argument 4 of step must be the capsule of a bit generator"

@@ -12,6 +12,7 @@
 #define NPY_TARGET_VERSION NPY_2_0_API_VERSION
 #include <Python.h>
 #include <numpy/arrayobject.h>
+#include <numpy/random/bitgen.h>
 
 #include <array>
 #include <new>
@@ -173,6 +174,15 @@ private:
     template <std::size_t... I>
     static Structure items(PyObject* object, std::index_sequence<I...>) {
         return {Reader<Fields>::read(PyTuple_GetItem(object, I))...};
+    }
+};
+
+template <>
+struct Reader<bitgen_t*> {
+    static bitgen_t* read(PyObject* object) {
+        void* random = PyCapsule_GetPointer(object, "BitGenerator");
+        if (random == nullptr) throw Refused{"the capsule of a bit generator"};
+        return static_cast<bitgen_t*>(random);
     }
 };
 

@@ -3,11 +3,18 @@
 // It calls the functions that other filters' steps call one by one, in the same order.
 #pragma once
 
+#include <numpy/random/bitgen.h>
+
 #include <tuple>
 #include <utility>
 
 #include "color.hpp"
 #include "particles.hpp"
+
+extern "C" {  // `random` and `standard_normal` of numpy's Generator, in its library npyrandom
+void random_standard_uniform_fill(bitgen_t* random, std::ptrdiff_t count, double* out);
+void random_standard_normal_fill(bitgen_t* random, std::ptrdiff_t count, double* out);
+}
 
 namespace motes::color_filter {
 
@@ -91,20 +98,24 @@ inline Observation observe(Picture picture, Plane<const double> states,
             support};
 }
 
-// Selects particles (M, d) with their weights, propagates them, and observes: a whole step.
+// Selects `count` particles (M, d) by their weights, propagates and observes them: a whole step.
 //
-// `positions` (N,) from 0 to 1 select, `normal` (N, d + 1) moves.
+// The random numbers are those that `Multinomial` and `Walking` would draw, in their order. No
+// other thread may draw from `random` meanwhile.
 inline Outcome step(Picture picture, Plane<const double> before, Floats before_weights,
-                    Floats positions, Plane<const double> normal, const particles::Noise& noise,
-                    double steps, Pair first, const Comparison& comparison) {
-    const Index count = positions.size, columns = before.columns;
+                    bitgen_t* random, Index count, const particles::Noise& noise, double steps,
+                    Pair first, const Comparison& comparison) {
+    const Index columns = before.columns;
     fit(before_weights.size == before.rows, "a weight for each particle");
     Scratch<Index> chosen(count);
-    ScratchPlane<double> selected(count, columns), states(count, columns);
+    Scratch<double> positions(count);
+    ScratchPlane<double> normal(count, columns + 1), states(count, columns);
+    random_standard_uniform_fill(random, count, positions);
+    random_standard_normal_fill(random, count * (columns + 1), normal.begin());
     particles::ancestors(before_weights, positions, chosen);
-    for (Index n = 0; n < count; ++n) std::copy_n(before[chosen[n]], columns, selected[n]);
-    particles::walk({selected.begin(), count, columns, columns}, normal, noise, steps, first,
-                    states);
+    for (Index n = 0; n < count; ++n) std::copy_n(before[chosen[n]], columns, states[n]);
+    particles::walk({states.begin(), count, columns, columns}, {normal.begin(), count, columns + 1},
+                    noise, steps, first, states);
     Observation seen = observe(picture, {states.begin(), count, columns}, comparison);
     return {std::move(states), std::move(seen)};
 }

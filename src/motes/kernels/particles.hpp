@@ -23,7 +23,7 @@ struct Noise {
 // as velocities, `steps` reference intervals later.
 //
 // `normal` has a number for each column, and a last one for the factor common to both half-axes,
-// which return to the first ones. They stay at one pixel or more.
+// which return to the first ones. They stay at one pixel or more. `out` may be `states`.
 inline void walk(Table<const double> states, Plane<const double> normal, const Noise& noise,
                  double steps, Pair first, Plane<double> out) {
     const Index columns = states.columns, orders = noise.changes.size;

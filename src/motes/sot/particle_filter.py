@@ -233,11 +233,7 @@ class ParticleFilter(Algorithm[FilterState], Config, frozen=True, dict=True, tag
         n = self.particles if self.budget is None else self._count(state, self.budget)
         dt, first = min(frame.time - state.time, LONGEST_INTERVAL), state.reference_size
         if self.color_step is not None and not searching:
-            seen = self.color_step(
-                rng, frame, state.states, state.weights, n, dt, first, state.models,
-                state.backgrounds,
-            )  # fmt: skip
-            return self._judge(state, frame, seen)
+            return self._judge(state, frame, self.color_step.step(rng, frame, state, n, dt))
         states, prior = state.states, state.weights.log
         if searching or n != len(states) or self.resampling.due(state.weights):
             states = states.take(self.resampling.ancestors(rng, state.weights, n), axis=0)
@@ -328,9 +324,9 @@ class ParticleFilter(Algorithm[FilterState], Config, frozen=True, dict=True, tag
         self, state: FilterState, frame: Frame, states: Floats, prior: Floats
     ) -> Observation:
         """Weight new states, with log-weights `prior`, by the frame, and estimate the target."""
-        models, backgrounds = state.models, state.backgrounds
         if self.color_step is not None:  # which resamples in every frame, so that no prior is left
-            return self.color_step.observe(frame, states, models, backgrounds)
+            return self.color_step.observe(frame, state, states)
+        models = state.models
         ellipses = self.motion.ellipses(states)
         distances = self._distances(models, frame, ellipses)
         names = list(self.cues)
@@ -344,7 +340,7 @@ class ParticleFilter(Algorithm[FilterState], Config, frozen=True, dict=True, tag
         seen = fuse_distances(self._distances(models, frame, regions), reliability)
         distance = float(seen[0])
         around = float((1 - seen[1:] ** 2).mean()) if seen.size > 1 else 0.0
-        each = map(self.presence.threshold, backgrounds.values())
+        each = map(self.presence.threshold, state.backgrounds.values())
         threshold = sum(share * one for share, one in zip(reliability.tolist(), each, strict=True))
         counted = self.presence.counted(overall, ellipses, frame)
         appearing, support = kernels.particles.appearing(counted, weights.values, threshold)

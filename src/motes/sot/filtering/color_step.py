@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatis
 from motes.sot.filtering.likelihood import Gaussian, Likelihood
 from motes.sot.filtering.motion import ConstantVelocity, Motion, RandomWalk, SecondOrder, Walking
 from motes.sot.filtering.resampling import Multinomial, Resampling, Weights
-from motes.sot.particle_state import Observation
+from motes.sot.particle_state import FilterState, Observation
 
 EVERY_FRAME = Multinomial(threshold=1.0)
 WALKS = (RandomWalk, ConstantVelocity, SecondOrder)
@@ -38,8 +38,9 @@ class ColorStep:
     color: Color
     likelihood: Gaussian
     presence: AppearanceRule
+    name: str
     shares: Mapping[str, float]
-    """The only cue has all the weight, by every rule of fusion."""
+    """The name of the only cue, which has all the weight, by every rule of fusion."""
 
     @classmethod
     def of(
@@ -61,47 +62,33 @@ class ColorStep:
             return None
         if resampling != EVERY_FRAME or presence.in_frame:
             return None
-        return cls(motion, cue, likelihood, presence, {name: 1.0})
+        return cls(motion, cue, likelihood, presence, name, {name: 1.0})
 
-    def __call__(
-        self,
-        rng: np.random.Generator,
-        frame: Frame,
-        states: Floats,
-        weights: Weights,
-        n: int,
-        dt: float,
-        first: Ellipse,
-        models: Mapping[str, Any],
-        backgrounds: Mapping[str, BackgroundStatistics],
+    def step(
+        self, rng: np.random.Generator, frame: Frame, state: FilterState, n: int, dt: float
     ) -> Observation:
-        """Return what n particles see, chosen by weight from states (M, d) of the last frame.
-
-        `dt` seconds have passed; `first` is the target's first region. The model of the cue comes
-        with the statistics of its background.
-        """
-        comparison = _comparison(self, *models.values(), *backgrounds.values())
+        """Return what n particles see, chosen by weight from those of a state `dt` seconds ago."""
         moved, seen = kernels.color_filter.step(
-            frame.pixels, states, weights.values, rng.random(n), self.motion.normal(rng, n),
-            self.motion.kernel_noise, dt / FRAME_INTERVAL, first[2:4], comparison,
+            frame.pixels, state.states, state.weights.values, rng.bit_generator.capsule, n,
+            self.motion.kernel_noise, dt / FRAME_INTERVAL, state.reference_size[2:4],
+            self._comparison(state),
         )  # fmt: skip
         return self._observation(moved, seen)
 
-    def observe(
-        self,
-        frame: Frame,
-        states: Floats,
-        models: Mapping[str, Any],
-        backgrounds: Mapping[str, BackgroundStatistics],
-    ) -> Observation:
+    def observe(self, frame: Frame, state: FilterState, states: Floats) -> Observation:
         """Return what particles (N, d) see that had equal weights before the frame."""
-        comparison = _comparison(self, *models.values(), *backgrounds.values())
-        seen = kernels.color_filter.observe(frame.pixels, states, comparison)
+        seen = kernels.color_filter.observe(frame.pixels, states, self._comparison(state))
         return self._observation(states, seen)
 
+    def _comparison(self, state: FilterState) -> ColorComparison:
+        return _comparison(self, state.models[self.name], state.backgrounds[self.name])
+
     def _observation(self, states: Floats, seen: kernels.color_filter.Observation) -> Observation:
-        weights, estimate = Weights(*seen[:3]), Ellipse(*seen[3])
-        return Observation(states, states[:, :5], weights, self.shares, estimate, *seen[4:])
+        log, values, degenerate, mean, covariance, spread, size, distance, around, n, support = seen
+        return Observation(
+            states, states[:, :5], Weights(log, values, degenerate), self.shares,
+            Ellipse._make(mean), covariance, spread, size, distance, around, n, support,
+        )  # fmt: skip
 
 
 @lru_cache

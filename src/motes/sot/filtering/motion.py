@@ -115,18 +115,15 @@ class Walking(Motion, Config, frozen=True, dict=True):
         self, rng: np.random.Generator, states: Floats, dt: float, first: Ellipse
     ) -> Floats:
         """Return A s + w (Nummiaro et al., equation 9)."""
-        out = np.empty(states.shape)
-        normal, steps = self.normal(rng, len(states)), dt / FRAME_INTERVAL
+        n, columns = states.shape
+        out, steps = np.empty((n, columns)), dt / FRAME_INTERVAL
+        normal = rng.standard_normal((n, columns + 1))  # one a column, and one of the size
         kernels.particles.walk(states, normal, self.kernel_noise, steps, first[2:4], out)
         return out
 
     def ellipses(self, states: Floats) -> Floats:
         """Return the first five columns."""
         return states[:, :5]
-
-    def normal(self, rng: np.random.Generator, n: int) -> Floats:
-        """Return the random numbers of n particles' step: one a column, and one of the size."""
-        return rng.standard_normal((n, 6 + 4 * len(self.changes)))
 
     @cached_property
     def kernel_noise(self) -> structures.NoiseScales:
