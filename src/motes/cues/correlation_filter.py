@@ -68,7 +68,7 @@ class Correlation(Cue, Config, frozen=True):
     The distance is 1 - response of the filter.
     """
 
-    sharpness: Positive = 1 / 6
+    sharpness: Positive = 1 / 12
     """Width of the response's peak: standard deviation of the Gaussian that the filter learns, as a
     share of the target's mean side. A larger value gives a wider peak."""
     anchor: Share = 0.3

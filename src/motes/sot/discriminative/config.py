@@ -29,7 +29,7 @@ class DiscriminativeConfig(Config, frozen=True, dict=True):
     particles: Particles = 400
     """Number of particles that are spread over a window. Where fewer places are likely, fewer are
     left after the first of three rounds, a quarter at least. As many search for a missed target."""
-    correlation: Correlation = Correlation(sharpness=1 / 12)
+    correlation: Correlation = Correlation()
     """The near window's correlation filter. The scale filter learns at its rate."""
     posterior: Posterior = Posterior()
     """The near window's color posterior."""
