@@ -81,7 +81,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     last = cache.get("motes/seconds", {}) if cache else {}
     seconds: defaultdict[str, float] = defaultdict(float)
     for item in items:
-        for fixture, mark in (("browser", "browser"), ("any_cluster", "ray")):
+        for fixture, mark in (("browser", "browser"), ("cluster", "ray")):
             if fixture in getattr(item, "fixturenames", ()):
                 item.add_marker(mark)
         marked = {"slow", "browser", "ray"} & {mark.name for mark in item.iter_markers()}

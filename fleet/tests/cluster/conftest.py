@@ -21,8 +21,8 @@ for other processes of this machine, and do not end for their memory."""
 
 
 @pytest.fixture(scope="package")
-def any_cluster() -> Iterator[Any]:
-    """Give a cluster whose head works as well."""
+def cluster() -> Iterator[Any]:
+    """Give a cluster of a head, which works as well."""
     pytest.importorskip("ray", reason="a cluster needs ray: pip install 'motes-fleet[ray]'")
     from ray.cluster_utils import Cluster
 
@@ -36,14 +36,3 @@ def any_cluster() -> Iterator[Any]:
             yield made
         finally:
             made.shutdown()
-
-
-@pytest.fixture
-def cluster(any_cluster: Any) -> Any:
-    """Give a cluster with a head and a node; what a test before has killed is replaced."""
-    for node in [*any_cluster.worker_nodes]:
-        if not node.remaining_processes_alive():
-            any_cluster.remove_node(node, allow_graceful=False)
-    if not any_cluster.worker_nodes:
-        any_cluster.add_node(num_cpus=1)
-    return any_cluster
