@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from motes.cli import main
 from motes_studio import messages
 from studios import Page, Program, begin, film, looking, running
 from waiting import PATIENCE
@@ -40,19 +41,19 @@ def test_ctrl_c_at_once_ends_it_in_one_line(tmp_path: Path) -> None:
     assert done.stderr.count("\n") == 1, done.stderr
 
 
-def test_two_do_not_use_the_same_data(tmp_path: Path) -> None:
+def test_two_do_not_use_the_same_data(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """The second one is refused, and names the first one, until that is killed."""
-    line = [sys.executable, "-m", "motes", "studio", "--headless", "--data", str(tmp_path)]
+    # An empty host is refused only once the data are its own, so that it does not begin to serve.
+    line = ["studio", "--headless", "--data", str(tmp_path), "--host", ""]
     with Program(tmp_path, tmp_path) as program:
-        done = subprocess.run(line, capture_output=True, text=True, timeout=PATIENCE)
-        assert (done.returncode, done.stderr) == (
-            5,
+        assert main(line) == 5
+        assert capfd.readouterr().err == (
             f"motes: error: Another motes studio uses {tmp_path}; use that one, at "
-            f"{program.address}, or give another --data.\n",
+            f"{program.address}, or give another --data.\n"
         )
         program.kill()
-    with Program(tmp_path, tmp_path):
-        pass
+    assert main(line) == 2
+    assert "The host is empty" in capfd.readouterr().err
 
 
 def test_a_run_of_many_objects_begins_again(tmp_path: Path) -> None:
