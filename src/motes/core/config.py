@@ -17,6 +17,7 @@ from msgspec import Meta
 from motes.core.decode import MisfitError, decode, decode_at
 from motes.core.errors import ConfigError
 from motes.core.files import read_text
+from motes.core.registry import fields_of
 
 Positive = Annotated[float, Meta(gt=0, le=1e9)]
 NonNegative = Annotated[float, Meta(ge=0, le=1e9)]
@@ -44,7 +45,7 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     other fields: `hue.bins`, not `extra_cues.hue.bins`."""
 
     def __post_init__(self) -> None:
-        for field in msgspec.structs.fields(self):
+        for field in fields_of(type(self)):
             value = getattr(self, field.name)
             if type(value) is not bool and isinstance(value, numbers.Real):
                 # numpy's numbers are accepted like Python's

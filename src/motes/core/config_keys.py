@@ -18,7 +18,7 @@ import msgspec
 from msgspec import NODEFAULT, Struct
 from msgspec import inspect as types
 
-from motes.core.registry import open_registry, registry_of
+from motes.core.registry import fields_of, open_registry, registry_of
 
 
 def words(kind: Any) -> str:
@@ -156,7 +156,7 @@ def keys(
 def fields(kind: type) -> list[msgspec.structs.FieldInfo]:
     """Return the fields of a configuration class; an open one becomes those that it may hold."""
     name, registry = open_registry(kind)
-    own = [field for field in msgspec.structs.fields(kind) if field.name != name]
+    own = [field for field in fields_of(kind) if field.name != name]
     taken = {field.name for field in own}
     added = {} if registry is None else registry.usable()
     return own + [

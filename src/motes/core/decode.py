@@ -12,7 +12,7 @@ import msgspec
 
 from motes.core.config_keys import alternatives, configurations, fields, words
 from motes.core.errors import ConfigError
-from motes.core.registry import open_registry, registry_of, tag_of
+from motes.core.registry import fields_of, open_registry, registry_of, tag_of
 
 Place = tuple[str | int, ...]
 """Where a value stands: keys, and the numbers of a list's items."""
@@ -99,7 +99,7 @@ def _chosen(values: Mapping[str, Any], kind: Any, kinds: list[type]) -> type:
 def _made(values: Mapping[str, Any], kind: type) -> Any:
     """Return a configuration of plain values; those of other packages go into its open field."""
     name, registry = open_registry(kind)
-    own = {field.name: field for field in msgspec.structs.fields(kind) if field.name != name}
+    own = {field.name: field for field in fields_of(kind) if field.name != name}
     given: dict[str, Any] = {}
     added: dict[str, Any] = {}
     for key, value in values.items():

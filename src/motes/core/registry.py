@@ -151,13 +151,19 @@ def registry_of(kind: object) -> Registry[Any] | None:
     return next((_REGISTRIES[base] for base in bases if base in _REGISTRIES), None)
 
 
+@cache
+def fields_of(kind: type) -> tuple[msgspec.structs.FieldInfo, ...]:
+    """Return the fields of a configuration's type, kept as their annotations are read slowly."""
+    return msgspec.structs.fields(kind)
+
+
 def open_registry(kind: type) -> tuple[str, Registry[Any] | None]:
     """Return the open field of a configuration's type and the registry of what it holds.
 
     See `motes.core.config.Config.open_field`; the registry is None without such a field.
     """
     name: str | None = getattr(kind, "open_field", None)
-    for field in msgspec.structs.fields(kind) if name is not None else ():
+    for field in fields_of(kind) if name is not None else ():
         if field.name == name:
             return name, registry_of(get_args(field.type)[1])
     return "", None
