@@ -12,6 +12,7 @@ from motes import ConfigError, Ellipse, synthetic
 from motes.synthetic import Pitch, Street, Target
 from motes.synthetic.clips import Clip, Stem
 from motes.synthetic.painted_film import PaintedFilm
+from motes.synthetic.scenery import backdrop
 
 CLIPS: list[Callable[..., Clip]] = [
     synthetic.demo,
@@ -128,6 +129,13 @@ def test_every_clip_is_the_same_each_time_in_any_order(make: Callable[..., Clip]
     assert np.array_equal(again.targets[0].states, make(SMALL, frames=12).targets[0].states)
     with pytest.raises(IndexError):
         clip[12]
+
+
+def test_equal_seeds_give_equal_scenery() -> None:
+    first = backdrop(5, SMALL, (Stem(90, 30, 0.2),))
+    backdrop.cache_clear()
+    for one, other in zip(first, backdrop(5, SMALL, (Stem(90, 30, 0.2),)), strict=True):
+        np.testing.assert_array_equal(one, other)
 
 
 @pytest.mark.slow

@@ -91,7 +91,7 @@ class Clip:
 
     @cached_property
     def _scenery(self) -> tuple[NDArray[np.uint8], Floats, NDArray[np.uint8]]:
-        return backdrop(np.random.default_rng((self.seed, 0)), self.size, self.stems)
+        return backdrop(self.seed, tuple(self.size), tuple(self.stems))
 
     @cached_property
     def _textures(self) -> list[Callable[[int], Image.Image]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -27,15 +27,16 @@ LEAVES = np.frombuffer(
 """Colors (RGB) of the leaves, some of them like a beetle's."""
 
 
+@lru_cache(maxsize=2)  # they take a hundred times as long as a frame, and many clips have the same
 def backdrop(
-    rng: np.random.Generator, size: tuple[int, int], stems: Iterable[tuple[float, float, float]]
+    seed: int, size: tuple[int, int], stems: tuple[tuple[float, float, float], ...]
 ) -> tuple[NDArray[np.uint8], Floats, NDArray[np.uint8]]:
     """Return the still parts of a clip: the ground with its stems, their cover, and the grain.
 
     Parameters
     ----------
-    rng
-        Source of randomness.
+    seed
+        Determines the ground and the grain.
     size
         Width and height in pixels.
     stems
@@ -50,7 +51,7 @@ def backdrop(
     grain
         (height + SHIFTS, width + SHIFTS, 3), to be added in uint8.
     """
-    width, height = size
+    rng, (width, height) = np.random.default_rng((seed, 0)), size
     ground = _ground(rng, width, height)
     cover = np.zeros((height, width), np.float32)
     for stem in stems:
