@@ -101,6 +101,12 @@ def test_rows_keep_a_label(go: Go, command: str) -> None:
         assert go(f"{command} {label} -o {name}.csv --overlay {name}.mp4")[0] == 0
     assert {*read_track("a.csv")["label"]} == {"sea-bird"}
     assert Path("a.mp4").read_bytes() != Path("plain.mp4").read_bytes()
+    assert go(f"{command} --label car -o a.txt")[0] == 0
+    assert {line.split(",")[7] for line in Path("a.txt").read_text().split()} == {"3"}
+    for name, reason in (("b.txt", "mot has no class sheep"), ("b.otb.txt", "otb holds no")):
+        code, _, error = go(f"{command} --label sheep -o {name}")
+        assert code == 2
+        assert reason in error
     if command == f"track FILM {BOX}":
         assert go(f"{command} --label sea-bird --overlay alone.mp4")[0] == 0
         assert Path("alone.mp4").read_bytes() == Path("a.mp4").read_bytes()

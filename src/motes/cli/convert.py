@@ -15,6 +15,7 @@ from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import (
     check_guesses,
     check_keyframe_error,
+    check_label,
     check_not_source,
     check_place,
     format_of,
@@ -112,7 +113,7 @@ def convert(
     from motes.correction.history import History, check_beside, hand_on
     from motes.formats import mot, registry
     from motes.formats.recording import LABEL
-    from motes.formats.visibility import CLASSES, SHOWN, TIMES, aspects
+    from motes.formats.visibility import SHOWN, TIMES, aspects
     from motes.video.image_files import IMAGE_ENDINGS
 
     if list_:
@@ -128,10 +129,7 @@ def convert(
     check_not_source(str(rows), target)
     source = from_ or registry.recognized(rows)
     form = format_of(str(target), to)
-    if label != LABEL and CLASSES not in registry.FORMATS.resolve(form).holds:
-        raise ConfigError(f"--label: {form} holds no classes; omit it.")
-    if form in ("mot", "mot-truth") and label.lower() not in (LABEL, *mot.CLASSES, *mot.SYNONYMS):
-        raise ConfigError(f"--label: {form} has no class {label}; it has {', '.join(mot.CLASSES)}.")
+    check_label(None if label == LABEL else label, str(target), to)
     known = History.beside(rows) if source in ("csv", "jsonl") else None
     point_out_unfinished(rows, known)
     facts = _facts(video, size, fps, frames, label, known)

@@ -227,18 +227,23 @@ def point_out_unfinished(rows: Path, known: History | None) -> None:
 def check_label(label: str | None, output: str | None, form: str | None) -> None:
     """Check the class of the objects in an output.
 
-    Raises a ConfigError if the name is empty or unprintable, or the output has no classes.
+    Raises a ConfigError if the name is empty or unprintable, or the format has no such class.
     """
+    from motes.formats import mot
+    from motes.formats.registry import FORMATS
+    from motes.formats.visibility import CLASSES
+
     if label is None:
         return
-    if output is not None and format_of(output, form) == "mot":
-        raise ConfigError(
-            "--label: rows of the MOTChallenge have no class; omit it, or choose .csv or .json."
-        )
     try:
         labels.check_label(label)
     except ConfigError as error:
         raise ConfigError(f"--label: {error}.") from None
+    form = None if output is None else format_of(output, form)
+    if form is not None and CLASSES not in FORMATS.resolve(form).holds:
+        raise ConfigError(f"--label: {form} holds no classes; omit it.")
+    if form in ("mot", "mot-truth") and label.lower() not in (*mot.CLASSES, *mot.SYNONYMS):
+        raise ConfigError(f"--label: {form} has no class {label}; it has {', '.join(mot.CLASSES)}.")
 
 
 def check_keyframe_error(error: float | None, output: str | None, form: str | None) -> None:

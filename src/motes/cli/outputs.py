@@ -107,9 +107,13 @@ class Remembered(Sink):
 class MotOutput(Lines):
     """Results of the MOTChallenge: a line for each visible object in each frame."""
 
+    def __init__(self, name: str, overwrite: bool, label: str | None) -> None:
+        super().__init__(name, overwrite)
+        self._label = label
+
     def write(self, moment: Moment) -> None:
         """Add a frame's lines."""
-        self.put([line_of("results", each) for each in visible(moment.rows)])
+        self.put([line_of("results", each) for each in visible(moment.rows.labeled(self._label))])
 
 
 class DocumentOutput(Sink):
@@ -340,7 +344,7 @@ class Request(Generic[Configuration]):
             return []
         form = format_of(name, options.format)
         if form == "mot":
-            return [MotOutput(name, options.overwrite)]
+            return [MotOutput(name, options.overwrite, options.label)]
         if form not in STREAMED:
             return [DocumentOutput(name, form, film, options)]
         kind: Form = "csv" if form == "csv" else "jsonl"
