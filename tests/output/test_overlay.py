@@ -210,3 +210,10 @@ def test_lines_and_zones_have_their_names_where_there_are_several() -> None:
     assert 20 <= rows.min() < rows.max() < 40
     assert 40 <= columns.min() < columns.max() < 100
     assert (drawn((line,), (outside,)) != drawn((line,), (replace(outside, name="e"),))).any()
+    corner, far = Zone((0, 0, 100, 0, 100, 60)), Zone((200, 20, 280, 20, 240, 60))
+    named = [
+        draw_scene(gray(), [], {}, Regions((), (replace(corner, name=each), far)), [*"01234"])
+        for each in ("a", "bbbb")
+    ]
+    rows = (named[0] != named[1]).any(axis=2).any(axis=1).nonzero()[0]
+    assert rows.min() > 40  # the caption of five lines covers no name

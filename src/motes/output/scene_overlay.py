@@ -21,7 +21,7 @@ Point = tuple[float, float]
 
 REGION_COLOR: Color = (255, 255, 255)
 PLACES = 5
-"""Places of a label, one below the other, of which it takes the first that no other one has."""
+"""Places of a text, one below the other, of which it takes the first that no other one has."""
 GOLDEN_RATIO = 0.618034
 """Step between the hues of successive identities, which keeps recent ones far from each other."""
 
@@ -88,12 +88,6 @@ def draw_scene(
     for name, zone in regions.zones.items() if regions and len(shapes) > 1 else ():
         column, row = _rounded(np.array(zone.points[:2]))
         said.append((name, column, row))
-    for name, column, row in said:
-        text = in_font(name)
-        _, _, wide, high = pen.textbbox((0, 0), text, typeface)
-        place = min(max(column, 0), image.width - wide), min(max(row, 0), image.height - high)
-        pen.rectangle((*place, place[0] + wide, place[1] + high), (0, 0, 0, 160))
-        pen.text(place, text, REGION_COLOR, typeface)
     for each in tracks:
         color, box = color_of(each.identity), each.box
         for part in stretches(trails.get(each.identity, ())):
@@ -102,30 +96,31 @@ def draw_scene(
         far = np.add(box[:2], np.maximum(box[2:], 1) - 1)  # a box has a pixel at least
         corners = _rounded(np.array([box[:2], far]))
         pen.rectangle(corners, outline=(*color, 255), width=line if _hidden(each) else 2 * line)
-    taken, y = np.empty((0, 4)), float(line)
+    y, widest = float(line), 0.0
     for text in map(in_font, (caption,) if isinstance(caption, str) else caption):
         _, _, right, bottom = pen.textbbox((0, 0), text, typeface)
         pen.rectangle((line, y, 3 * line + right, y + bottom), (0, 0, 0, 160))
         pen.text((2 * line, y), text, (255, 255, 255), typeface)
-        taken = np.vstack([taken, (line, y, 3 * line + right, y + bottom)])
-        y += bottom + line
+        y, widest = y + bottom + line, max(widest, 3 * line + right)
+    taken = np.array([(line, line, widest, y)])
+    for name, column, row in said:
+        text = in_font(name)
+        place = _free((column, row), pen.textbbox((0, 0), text, typeface), image.size, taken)
+        taken = np.vstack([taken, place])
+        pen.rectangle(place, (0, 0, 0, 160))
+        pen.text(place[:2], text, REGION_COLOR, typeface)
     for each in sorted(tracks, key=_hidden):  # the labels of those that are seen come first
         color, hidden = color_of(each.identity), _hidden(each)
         number = f"{each.identity}" if each.identity > 0 else ""
         words = number, each.label, notes.get(each.identity), each.status if hidden else None
         text = in_font(" ".join(str(word) for word in words if word not in ("", None)))
-        # The label begins inside the frame even if the box does not.
-        _, _, right, bottom = pen.textbbox((0, 0), text, typeface)
+        size = pen.textbbox((0, 0), text, typeface)
         left, top = _rounded(np.array([each.box[:2]]))
-        x = max(min(left, image.width - right), 0)
-        for n in range(PLACES):  # above the box, or lower if another label is there
-            y = min(max(top - line - bottom, 0) + n * bottom, image.height - bottom)
-            if not _meets((x, y, x + right, y + bottom), taken):
-                break
-        taken = np.vstack([taken, (x, y, x + right, y + bottom)])
+        place = _free((left, top - line - size[3]), size, image.size, taken)
+        taken = np.vstack([taken, place])
         ground = (0, 0, 0, 160) if hidden else (*color, 255)
-        pen.rectangle((x, y, x + right, y + bottom), ground)
-        pen.text((x, y), text, color if hidden else (0, 0, 0), typeface)
+        pen.rectangle(place, ground)
+        pen.text(place[:2], text, color if hidden else (0, 0, 0), typeface)
     drawn: NDArray[np.uint8] = np.array(image)
     return drawn
 
@@ -142,9 +137,23 @@ def _hidden(track: Track) -> bool:
     return track.status is not Status.TRACKING
 
 
-def _meets(place: tuple[float, ...], taken: NDArray[np.float64]) -> bool:
-    """Return whether a place (left, top, right, bottom) meets one of those taken, (n, 4)."""
-    return bool(((taken[:, :2] < place[2:]) & (taken[:, 2:] > place[:2])).all(axis=1).any())
+def _free(
+    start: Point, text: tuple[float, ...], image: tuple[int, int], taken: NDArray[np.float64]
+) -> tuple[float, float, float, float]:
+    """Return the place of a text (left, top, right, bottom), inside the picture.
+
+    It is the first one from the start downwards that meets none of those taken, (n, 4).
+    """
+    _, _, wide, high = text
+    left, top = max(min(start[0], image[0] - wide), 0), max(start[1], 0)
+    for _ in range(PLACES):
+        top = min(top, image[1] - high)
+        place = left, top, left + wide, top + high
+        met = ((taken[:, :2] < place[2:]) & (taken[:, 2:] > place[:2])).all(axis=1)
+        if not met.any():
+            break
+        top = max(top + high, taken[met, 3].max() + 1)
+    return place
 
 
 def _rounded(points: NDArray[np.float64]) -> list[int]:
