@@ -37,6 +37,14 @@ def region(rate: float = 25.0, count: int = 60, turned: float = 0) -> dict[str, 
     return {"type": "videorectangle", "value": value}
 
 
+def test_a_task_that_stands_alone(tmp_path: Path) -> None:
+    """As Label Studio's API gives it, without the list of an export."""
+    path = labeled(tmp_path, {"id": 7, "annotations": [{"result": [region()]}]})
+    path.write_text(path.read_text()[1:-1])
+    assert registry.recognized(path) == "label-studio"
+    assert frames(registry.read(path, "label-studio", FILM)) == [*range(60)]
+
+
 @pytest.mark.parametrize(("rate", "count"), [(25.0, 60), (12.5, 30), (24.0, 58), (50.0, 120)])
 def test_an_annotation_at_another_rate_is_mapped_by_time(
     rate: float, count: int, tmp_path: Path
@@ -456,6 +464,8 @@ def _yolo(names: str, **texts: str) -> Any:
         (_task(annotations=[{"result": [region(25, 40)]}]), "a film of 40 frames"),
         (_task(image="1.png", annotations=[{"label": "car", "coordinates": {}}]), "`result`"),
         (_task(annotations=[{"result": [region(turned=400)]}]), "rotation is 400"),
+        (_task(annotations=[{"result": [{"type": "rectanglelabels", "value": {}}]}]),
+         "no box of a video, but rectanglelabels; export images as COCO"),
         (_coco({"file_name": "1.png", "video_id": 1}, {"file_name": "2.png", "video_id": 2}),
          "several films, by their video_id"),
         (_coco("1.png", {"file_name": "2.png", "width": 640}), "several films, by their size"),

@@ -174,7 +174,14 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     Label Studio shows a film at a rate of its own, that of its tag `Video`: frames are those of the
     film at the same time. Only in a prediction of motes they are the film's own.
     """
-    tasks: list[_VideoTask] = read_json(path, list[_VideoTask])
+    found: list[_VideoTask] | _VideoTask = read_json(path, list[_VideoTask] | _VideoTask)
+    tasks = found if isinstance(found, list) else [found]
+    results = [each for task in tasks for result in task.annotations for each in result.result]
+    kinds = {each.type or "no type" for each in results}
+    if kinds and REGION not in kinds:
+        raise FormatError(
+            f"it has no box of a video, but {', '.join(sorted(kinds))}; export images as COCO."
+        )
     if len(tasks) != 1:
         raise FormatError(f"it has {len(tasks)} tasks; keep the one of this film.")
     result, ignored = _result(tasks[0])
@@ -208,8 +215,8 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     times = {} if rate else {key.frame - 1: key.time for key in keys if key.time is not None}
     if not facts.fps:
         facts = replace(facts, fps=rate)
-    found = Recording.of(facts, objects, times, left_out=left_out)
-    return replace(found, notes=clock.notes, timed=bool(rate or times))
+    recorded = Recording.of(facts, objects, times, left_out=left_out)
+    return replace(recorded, notes=clock.notes, timed=bool(rate or times))
 
 
 def _identities(regions: Sequence[VideoRegion]) -> list[int]:

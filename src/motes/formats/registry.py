@@ -278,6 +278,8 @@ def _of_text(head: bytes, path: Path) -> str | None:
     if found == "coco" and _is_row(first):
         return "jsonl"
     if found == "coco" and b'"images"' not in path.read_bytes():
+        if '"result":' in text:
+            return "label-studio"  # one task without its list
         known = (name for mark, name in OTHERS_OF_JSON.items() if f'"{mark}":' in text)
         other = next(known, "JSON of another tool")
         raise ValueError(f"it is {other}, which is not read; export or convert it as COCO")
