@@ -86,6 +86,27 @@ def test_channels_or_depths_that_take_turns_are_no_film(
         assert len(list(source)) == 5
 
 
+@pytest.mark.parametrize(
+    ("about", "step"),
+    [
+        ("ImageJ=1.53t\nimages=5\nframes=5\nfps=7.0\nfinterval=0.5\n", 0.5),
+        ("ImageJ=1.53t\nimages=5\nfinterval=2.5E-1\ntunit=sec\nunit=micron\n", 0.25),
+        ("ImageJ=1.53t\nimages=5\nfinterval=500\ntunit=ms\n", None),
+        ("ImageJ=1.53t\nimages=5\nfinterval=0.0\n", None),
+        ('<OME><Pixels SizeT="5" TimeIncrement="2" TimeIncrementUnit="s"/></OME>', 2),
+        ('<OME><Pixels SizeT="5" TimeIncrement="2" TimeIncrementUnit="min"/></OME>', None),
+    ],
+)
+def test_pages_are_as_far_apart_as_a_microscope_tells(
+    tmp_path: Path, about: str, step: float | None
+) -> None:
+    with open_source(save(tmp_path / "a.tiff", description=about)) as source:
+        assert [frame.time for frame in source] == pytest.approx(
+            [(step or 0.04) * n for n in range(5)]
+        )
+    assert [source.fps, bool(source.report.assumption)] == [step and 1 / step, step is None]
+
+
 def test_the_picture_for_other_programs_is_no_part_of_an_animation(tmp_path: Path) -> None:
     path = save(tmp_path / "a.png", default_image=True, duration=40)
     with open_source(path) as source:

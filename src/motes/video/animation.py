@@ -28,13 +28,18 @@ _ABOUT = 270
 _SIZE = re.compile(r'(?:^(channels|slices|frames)=|\bSize([CZT])=")(\d+)', re.MULTILINE)
 """The TIFF tag ImageDescription, and the numbers of channels, depths and times in it, by ImageJ and
 OME. Where there are several of two kinds, pages take turns."""
+_INTERVAL = re.compile(r'(?:^finterval=|\bTimeIncrement=")(\d+\.?\d*(?:[eE][+-]?\d\d?)?)\b', re.M)
+_NO_SECONDS = re.compile(r'(?:^tunit=|\bTimeIncrementUnit=")(?!s(?:ec)?\b)', re.M)
+"""There, too: the time from one page to the next, and a unit of it that is not the usual one."""
 _SUBFILE = 254
 _REDUCED_OR_MASK = 0b101
 """The TIFF tag NewSubfileType, and its bits for reduced copies and masks of another page."""
 
 
 class Animation(Reader):
-    """The pictures of one image file, at the times in the file; pages of a TIFF are 1/25 s apart.
+    """The pictures of one image file, at the times in the file.
+
+    Pages of a TIFF are as far apart as ImageJ or OME says there, else 1/25 s.
 
     Raises a SourceError when it is opened, if the file is missing or not an image. Later, at the
     first picture that cannot be read.
@@ -55,10 +60,12 @@ class Animation(Reader):
                     f"{path} has {self.count} pictures of {counted(most, 'moment')}: its channels "
                     f"or depths take turns; save one of them alone."
                 )
+            told = None if _NO_SECONDS.search(about) else _INTERVAL.search(about)
+            self._interval = (float(told[1]) or None) if told else None
             timed = self._image.format in ANIMATED and len(self._numbers) > 1
             # The times of an animation are read together with its pictures.
-            self.duration = None if timed else self.count * FRAME_INTERVAL
-            shown = self._show(self._numbers[0]) if timed else 0.0
+            self.duration = None if timed else self.count * (self._interval or FRAME_INTERVAL)
+            shown = self._show(self._numbers[0]) if timed else self._interval
             self.fps = 1 / shown if shown else None
             opened.pop_all()
 
@@ -71,7 +78,8 @@ class Animation(Reader):
         """Yield the pictures in order."""
         moment = 0.0
         report.coarse = self._coarse
-        report.assumed = len(self._numbers) > 1 and self._image.format not in ANIMATED
+        untimed = self._interval is None and self._image.format not in ANIMATED
+        report.assumed = untimed and self.count > 1
         for index, number in enumerate(self._numbers):
             with readable(self._path, index):
                 shown = self._show(number)
@@ -82,7 +90,7 @@ class Animation(Reader):
         """Go to a picture; return for how many seconds it is shown."""
         self._image.seek(number)
         if self._image.format not in ANIMATED:
-            return FRAME_INTERVAL
+            return self._interval or FRAME_INTERVAL
         self._image.load()  # the time is known only after this
         return float(self._image.info.get("duration", 0)) / 1000
 
