@@ -99,6 +99,20 @@ def test_a_flood_of_objects_is_limited(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "36 moving patches" in detector.warnings["flood"]
 
 
+@pytest.mark.parametrize("side", [8, 12])
+def test_what_is_too_small_to_be_an_object_is_told(side: int) -> None:
+    detector = BackgroundDetector()
+    for index in range(60):
+        pixels = np.full((200, 200, 3), 90, np.uint8)
+        for y in range(10, 190, 30):
+            pixels[y : y + side, 3 * index : 3 * index + side] = 250
+        found = detector(Frame(index, index / 25, pixels))
+    assert bool(found) == (side == 12)
+    assert detector.warnings.get("small", "").endswith("(now 0.002) if these are objects.") == (
+        side == 8
+    )
+
+
 def found(mask: NDArray[np.uint8], least: int = 20) -> list[Box]:
     """Return the blobs of a mask, of so many pixels at least."""
     return blobs(mask, least / mask.size)

@@ -27,7 +27,7 @@ from motes.mot.detection.background_model import (
     SelectiveUpdate,
     usual_colors,
 )
-from motes.mot.detection.blobs import blobs
+from motes.mot.detection.blobs import blobs, small_patches
 from motes.mot.detection.exposure import Exposure, tables_of
 from motes.mot.detection.foreground import ForegroundMemory, without_ghosts
 from motes.mot.detection.illumination import (
@@ -60,6 +60,9 @@ TEXTURE = 6.0
 """Largest change of the gradients by another light, in gray levels per pixel."""
 LIMIT = 100
 """Objects of a frame that are used, the largest ones: more would be a flood of specks."""
+COUNTED, MOST, MANY = 10, 3, 20
+"""In each of these frames, small patches are counted that exceed so many times the objects. So many
+more in all get a warning."""
 STILL = 10
 """Frames in a row in which almost all is foreground if the camera moves; a light that is switched
 on takes fewer. After a move, the camera must stand still for this number of frames."""
@@ -140,7 +143,7 @@ class BackgroundDetector:
     ----------
     warnings
         Warnings about the picture by kind, each once: a moving camera, a change of light, too many
-        objects.
+        objects, or most of them too small.
     """
 
     def __init__(self, config: BackgroundConfig = BackgroundConfig()) -> None:  # noqa: B008
@@ -151,7 +154,7 @@ class BackgroundDetector:
         self._first: Bytes | None = None
         self._preview: Preview | None = None
         self._shape: tuple[int, ...] | None = None
-        self._flooded = self._rest = self._frames = 0
+        self._flooded = self._rest = self._frames = self._small = 0
         self._moved: Sequence[Box] = ()
         self.warnings: dict[str, str] = {}
 
@@ -282,7 +285,16 @@ class BackgroundDetector:
 
     def _objects(self, frame: Frame, pixels: Bytes, mask: Bytes, known: Sequence[Box]) -> list[Box]:
         """Return the boxes of the objects in the foreground."""
-        boxes = blobs(mask, self.config.least, known)
+        least = self.config.least
+        boxes = blobs(mask, least, known)
+        if self._frames % COUNTED == 0 and "small" not in self.warnings:
+            self._small += small_patches(mask, least) - MOST * len(boxes)
+            if self._small > MANY:
+                text = (
+                    f"most of what moves has less than {100 * least:g} % of the picture, and is "
+                    f"left out; give a smaller detector.least (now {least:g}) if these are objects"
+                )
+                self._warn(frame, "small", text)
         if boxes:
             boxes = without_ghosts(boxes, mask, pixels, self._background.planes[1])
         if len(boxes) > LIMIT:

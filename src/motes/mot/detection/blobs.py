@@ -40,6 +40,8 @@ NEAR = 2.0
 """Largest distance of a pixel from the center of its object, in half sides of its box."""
 REACH = 0.3
 """Largest distance of its center from where it should be, in half sides, too."""
+SMALL = 8
+"""A patch that is smaller by more than this factor is noise."""
 SEEN = 0.25
 """An object is seen in a patch if this share of its box is."""
 
@@ -61,13 +63,8 @@ def blobs(mask: Bytes, least: float, known: Sequence[Box] = ()) -> list[Box]:
     known
         Boxes where known objects should be; they also decide whether a division is right.
     """
-    sides = zip(GAP, mask.shape, strict=True)
-    height, width = (max(1, math.ceil(share * side)) | 1 for share, side in sides)
-    solid = mask.copy()
-    kernels.components.fill_holes(mask, np.ones_like(mask), solid)
-    clean, smallest = opened(solid, SPECK), round(least * mask.size)
-    labels, parts = components(closed(clean, (height, width)))
-    places, clean = as_rows(known), clean.view(np.bool_)
+    clean, labels, parts = _patches(mask)
+    places, smallest = as_rows(known), round(least * mask.size)
     inside, around, _ = covered_pairs(places, parts[:, :4].astype(float), CONTAINED)
     found: list[tuple[int, Box]] = []
     for number, (x, y, w, h, area) in enumerate(parts.tolist(), start=1):
@@ -78,6 +75,25 @@ def blobs(mask: Bytes, least: float, known: Sequence[Box] = ()) -> list[Box]:
             objects = _objects(patch, Box(x, y, w, h), area, places, own)
             found += [each for each in objects if each[0] >= smallest]
     return [box for _, box in sorted(found, key=lambda each: -each[0])]
+
+
+def small_patches(mask: Bytes, least: float) -> int:
+    """Return how many patches are too small for objects, by up to a factor of `SMALL`."""
+    share = _patches(mask)[2][:, 4] / (least * mask.size)
+    return int(np.count_nonzero((share < 1) & (share > 1 / SMALL)))
+
+
+def _patches(mask: Bytes) -> tuple[NDArray[np.bool_], NDArray[np.int32], Integers]:
+    """Return a mask without holes and specks, the patches there by number, and their boxes, areas.
+
+    Patches that are near to each other are one.
+    """
+    sides = zip(GAP, mask.shape, strict=True)
+    height, width = (max(1, math.ceil(share * side)) | 1 for share, side in sides)
+    solid = mask.copy()
+    kernels.components.fill_holes(mask, np.ones_like(mask), solid)
+    clean = opened(solid, SPECK)
+    return clean.view(np.bool_), *components(closed(clean, (height, width)))
 
 
 def _objects(
