@@ -37,6 +37,18 @@ def region(rate: float = 25.0, count: int = 60, turned: float = 0) -> dict[str, 
     return {"type": "videorectangle", "value": value}
 
 
+@pytest.mark.parametrize("form", ["coco", "cvat"])
+def test_an_image_that_is_none_of_the_films_is_named(form: str, tmp_path: Path) -> None:
+    film = FilmFacts(width=320, height=240, files=["a_1.png", "a_2.png"])
+    path = (
+        coco(tmp_path, ("a_1.png", "other.png"))
+        if form == "coco"
+        else cvat(tmp_path, "", images("a_1.png", "other.png"))
+    )
+    with pytest.raises(SourceError, match="image other: the film has no image of this name; give"):
+        registry.read(path, form, film)
+
+
 def test_a_task_that_stands_alone(tmp_path: Path) -> None:
     """As Label Studio's API gives it, without the list of an export."""
     path = labeled(tmp_path, {"id": 7, "annotations": [{"result": [region()]}]})

@@ -22,7 +22,7 @@ from motes.core.errors import FormatError, counted
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status, Track
 from motes.formats import masks, shapes
-from motes.formats.image_names import OF_VIDEO, check_one_film, frame_of, images_of
+from motes.formats.image_names import NO_IMAGE, OF_VIDEO, check_one_film, frame_of, images_of
 from motes.formats.recording import (
     ANONYMOUS,
     FilmFacts,
@@ -299,13 +299,13 @@ def _frames(images: list[_Image], known: Mapping[str, int]) -> tuple[dict[int, i
     for key, stem in stems.items():
         with at(f"image {stem}"):
             number = frame_of(stem, known)
+            if number is None and known:
+                raise FormatError(NO_IMAGE)
         if number is not None:
             numbers[key] = number
     if len({*numbers.values()}) < len(numbers):
         raise FormatError("several of its images have one number, as of several films; keep one's.")
     if len(numbers) < len(images) or max(numbers.values(), default=0) > MAX_FRAME:
-        if known:
-            raise FormatError("its images have no names of the film's images")
         ordered = sorted(images, key=lambda each: [
             int(part) if part.isdigit() else part for part in re.split(r"(\d+)", each.file_name)
         ])  # fmt: skip

@@ -21,7 +21,7 @@ from motes.core.errors import FormatError, counted
 from motes.core.files import read_text
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
-from motes.formats.image_names import OF_VIDEO, check_one_film, frame_of, images_of
+from motes.formats.image_names import NO_IMAGE, OF_VIDEO, check_one_film, frame_of, images_of
 from motes.formats.keyframes import KEYFRAME_ERROR, keyframes
 from motes.formats.recording import (
     ANONYMOUS,
@@ -242,13 +242,13 @@ def _frames_of(images: list[Element], known: Mapping[str, int]) -> tuple[list[in
                 raise ValueError("its id is that of another image")
             ids[number] = stem
     if known:
-        frames = []
+        frames = list[int]()
         for stem in stems:
             with at(f"image {stem}"):
-                frames.append(frame_of(stem, known))
-        if None in frames:
-            raise FormatError("its images have no names of the film's images")
-        return [frame for frame in frames if frame is not None], []
+                if (frame := frame_of(stem, known)) is None:
+                    raise FormatError(NO_IMAGE)
+                frames.append(frame)
+        return frames, []
     sizes = (f"{each.get('width')}x{each.get('height')}" for each in images)
     check_one_film(folder=(path.parent for path in paths if path.name), size=sizes)
     if all(map(OF_VIDEO.fullmatch, stems)):

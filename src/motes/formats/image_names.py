@@ -10,6 +10,7 @@ from motes.core.errors import FormatError
 from motes.formats.recording import UNKNOWN, FilmFacts
 from motes.rows.schema import text_name
 
+NO_IMAGE = "the film has no image of this name; give the film that it belongs to."
 OF_VIDEO = re.compile(r"frame_\d+")
 """The name that CVAT, and motes, give to a frame of a video: it counts from 0."""
 _OF_ANOTHER = re.compile(r"frame_\d{6}(_\d+)+")
@@ -86,7 +87,7 @@ def frame_of(name: str, images: Mapping[str, int]) -> int | None:
     if number is None:
         return None
     if images and not OF_VIDEO.fullmatch(plain):
-        raise FormatError("the film has no image of this name; give the film that it belongs to.")
+        raise FormatError(NO_IMAGE)
     if _HASH.fullmatch(re.split(r"[^0-9a-zA-Z]", plain)[-1]):
         raise FormatError("its name ends in a hash; give --video FOLDER with the images.")
     return int(number[1])

@@ -79,7 +79,7 @@ class Animation(Reader):
         moment = 0.0
         report.coarse = self._coarse
         untimed = self._interval is None and self._image.format not in ANIMATED
-        report.assumed = untimed and self.count > 1
+        report.assumed = untimed and len(self._numbers) > 1
         for index, number in enumerate(self._numbers):
             with readable(self._path, index):
                 shown = self._show(number)
