@@ -124,7 +124,8 @@ class EventCounter:
         Parameters
         ----------
         tracks
-            The scene's tracks in it.
+            The scene's tracks in it. One of a file that is lost in it is gone, unless you set
+            `Track.sought`, which rows do not hold.
         time
             The time of the frame, in seconds; by default that of the tracks. With it, also a frame
             without tracks can settle events.
