@@ -518,6 +518,7 @@ def test_what_is_not_clear_is_refused(made: Any, reason: str, tmp_path: Path) ->
         ('{"project": {}, "file": {"1": {"fname": "a.mp4"}}}', "project of VIA"),
         ('{"version": "2.0", "item": {"slots": []}}', "file of Darwin"),
         ('{"key": "a", "objects": [{"classTitle": "car"}]}', "file of Supervisely"),
+        ("<annotation><object><bndbox/></object></annotation>", "picture of Pascal VOC"),
         ("1,1,101,81,40,60,1,3\n", "--from vot for corners, and for frame, id, box"),
         ("version: 1\n", "If it is none of these, convert it to one"),
         (" ,Area,X,Y,Slice\n1,10,1,2,1\n", "columns are , Area, X, Y, Slice; those of boxes are"),

@@ -118,7 +118,7 @@ def test_objects_come_and_go() -> None:
     third = trackers.add(REGIONS[2])
     assert (third.frame, third.identity) == (4, 3)
     for identity in (1, -1, None):
-        with pytest.raises(ConfigError, match=f"no object {identity}; there are 3"):
+        with pytest.raises(ConfigError, match=f"no object {identity}; the identities are 3"):
             trackers.remove(identity)  # type: ignore[arg-type]
 
 

@@ -171,12 +171,13 @@ SNIFFED = 1 << 16
 _RESULT = re.compile(r'"(image|video)_id"\s*:')
 _TASK = re.compile(r'"(result|predictions|data)"\s*:')
 """What results of COCO have, and tasks of Label Studio."""
-OTHERS_OF_JSON = {
-    "items": "a dataset of Datumaro", "shapes": "a picture of labelme",
-    "regions": "a project of VIA", "fname": "a project of VIA", "slots": "a file of Darwin",
-    "classTitle": "a file of Supervisely",
+OTHERS = {
+    '"items":': "a dataset of Datumaro", '"shapes":': "a picture of labelme",
+    '"regions":': "a project of VIA", '"fname":': "a project of VIA",
+    '"slots":': "a file of Darwin", '"classTitle":': "a file of Supervisely",
+    "<annotation>": "a picture of Pascal VOC",
 }  # fmt: skip
-"""Documents that are not read, by a key that they have."""
+"""Documents that are not read, by a key or an element that they have."""
 ADVICE = "correct it there, or make the file anew."
 
 
@@ -277,10 +278,11 @@ def _of_text(head: bytes, path: Path) -> str | None:
     found = next((form for mark, form in marks.items() if text.startswith(mark)), None)
     if found == "coco" and _is_row(first):
         return "jsonl"
-    if found == "coco" and b'"images"' not in path.read_bytes():
-        if '"result":' in text:
-            return "label-studio"  # one task without its list
-        known = (name for mark, name in OTHERS_OF_JSON.items() if f'"{mark}":' in text)
+    foreign = found == "coco" and b'"images"' not in path.read_bytes()
+    if foreign and '"result":' in text:
+        return "label-studio"  # one task without its list
+    if foreign or (found == "cvat" and "<annotation>" in text):
+        known = (name for mark, name in OTHERS.items() if mark in text)
         other = next(known, "JSON of another tool")
         raise ValueError(f"it is {other}, which is not read; export or convert it as COCO")
     if found is not None:

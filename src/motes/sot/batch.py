@@ -142,9 +142,8 @@ class Trackers:
         self._opened()
         known = {each._seed - self._seed + 1: each for each in self.each}
         if identity not in known:
-            raise ConfigError(
-                f"There is no object {identity}; there are {', '.join(map(str, known)) or 'none'}."
-            )
+            identities = ", ".join(map(str, known)) or "none"
+            raise ConfigError(f"There is no object {identity}; the identities are {identities}.")
         self.each.remove(known[identity])
 
     def update(self, frame: Picture) -> list[Track]:
