@@ -171,7 +171,7 @@ SNIFFED = 1 << 16
 _RESULT = re.compile(r'"(image|video)_id"\s*:')
 _TASK = re.compile(r'"(result|predictions|data)"\s*:')
 """What results of COCO have, and tasks of Label Studio."""
-OTHERS = {
+FOREIGN = {
     '"items":': "a dataset of Datumaro", '"shapes":': "a picture of labelme",
     '"regions":': "a project of VIA", '"fname":': "a project of VIA",
     '"slots":': "a file of Darwin", '"classTitle":': "a file of Supervisely",
@@ -282,7 +282,7 @@ def _of_text(head: bytes, path: Path) -> str | None:
     if foreign and '"result":' in text:
         return "label-studio"  # one task without its list
     if foreign or (found == "cvat" and "<annotation>" in text):
-        known = (name for mark, name in OTHERS.items() if mark in text)
+        known = (name for mark, name in FOREIGN.items() if mark in text)
         other = next(known, "JSON of another tool")
         raise ValueError(f"it is {other}, which is not read; export or convert it as COCO")
     if found is not None:
