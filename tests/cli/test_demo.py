@@ -63,6 +63,7 @@ def test_the_rows_are_complete_and_near_the_truth(folder: Path, name: str) -> No
         numbers = [float(row[column]) for column in NUMBERS if column in COLUMNS[:-1]]
         assert all(math.isfinite(number) for number in numbers)
         assert math.dist((float(row["x"]), float(row["y"])), truth[:2]) < 6
+        assert abs(float(row["theta"]) - truth.theta) < 0.15  # the ellipse turns with the beetle
 
 
 @pytest.mark.slow

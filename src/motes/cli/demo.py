@@ -190,9 +190,9 @@ def _played(story: Story, *, seed: int, frames: int | None, folder: Path) -> Pla
             writer.write(frame.pixels)
             shown.append(objects)
     truths = [objects[0] for objects in shown]
-    box = ",".join(f"{value:.0f}" for value in truths[0].ellipse.box)
+    marked = ",".join(f"{value:.2f}" for value in truths[0].ellipse)
     overlay = folder / f"{story.name}-tracked.mp4"
-    _run("track", film, "--init", box, "--seed", seed, "-o", rows, "--overlay", overlay)
+    _run("track", film, "--init", marked, "--seed", seed, "-o", rows, "--overlay", overlay)
     found = read_track(rows)
     boxes = [Ellipse(*row).box for row in found[["x", "y", "a", "b", "theta"]].tolist()]
     hits = [
