@@ -99,18 +99,19 @@ def test_a_flood_of_objects_is_limited(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "36 moving patches" in detector.warnings["flood"]
 
 
-@pytest.mark.parametrize("side", [8, 12])
-def test_what_is_too_small_to_be_an_object_is_told(side: int) -> None:
+@pytest.mark.parametrize(("small", "warned"), [(6, True), (4, False), (0, False)])
+def test_what_is_too_small_to_be_an_object_is_told(small: int, warned: bool) -> None:
+    """Unless there are objects enough: then it is noise."""
     detector = BackgroundDetector()
     for index in range(60):
         pixels = np.full((200, 200, 3), 90, np.uint8)
-        for y in range(10, 190, 30):
+        for row in range(6):
+            y, side = 10 + 30 * row, 8 if row < small else 12
             pixels[y : y + side, 3 * index : 3 * index + side] = 250
         found = detector(Frame(index, index / 25, pixels))
-    assert bool(found) == (side == 12)
-    assert detector.warnings.get("small", "").endswith("(now 0.002) if these are objects.") == (
-        side == 8
-    )
+    assert bool(found) == (small < 6)
+    said = detector.warnings.get("small", "")
+    assert said.endswith("(now 0.002) if these are objects.") == warned
 
 
 def found(mask: NDArray[np.uint8], least: int = 20) -> list[Box]:

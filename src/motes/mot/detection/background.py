@@ -60,9 +60,11 @@ TEXTURE = 6.0
 """Largest change of the gradients by another light, in gray levels per pixel."""
 LIMIT = 100
 """Objects of a frame that are used, the largest ones: more would be a flood of specks."""
-COUNTED, MOST, MANY = 10, 3, 20
-"""In each of these frames, small patches are counted that exceed so many times the objects. So many
-more in all get a warning."""
+SMALL_EVERY = 10
+"""Patches that are too small for objects are counted once in so many frames."""
+SMALL_RATIO, SMALL_EXCESS = 3, 20
+"""A warning says that most are too small, once their number exceeds this ratio to the objects by
+this excess, over all counted frames."""
 STILL = 10
 """Frames in a row in which almost all is foreground if the camera moves; a light that is switched
 on takes fewer. After a move, the camera must stand still for this number of frames."""
@@ -287,9 +289,9 @@ class BackgroundDetector:
         """Return the boxes of the objects in the foreground."""
         least = self.config.least
         boxes = blobs(mask, least, known)
-        if self._frames % COUNTED == 0 and "small" not in self.warnings:
-            self._small += small_patches(mask, least) - MOST * len(boxes)
-            if self._small > MANY:
+        if self._frames % SMALL_EVERY == 0 and "small" not in self.warnings:
+            self._small += small_patches(mask, least) - SMALL_RATIO * len(boxes)
+            if self._small > SMALL_EXCESS:
                 text = (
                     f"most of what moves has less than {100 * least:g} % of the picture, and is "
                     f"left out; give a smaller detector.least (now {least:g}) if these are objects"
