@@ -18,6 +18,7 @@ from PIL import Image
 import motes
 from clips import write_film
 from commands import Tell, read_csv
+from lens_files import lens_file
 from motes import TrackWriter, read_track
 from motes.cli import main
 from motes.core.track import COLUMNS, GROUND
@@ -665,10 +666,7 @@ def test_a_tracker_that_is_gone(go: Tell) -> None:
 
 @pytest.mark.slow
 def test_what_is_remembered_is_not_asked_for_again(go: Tell) -> None:
-    Path("l.yml").write_text(
-        "camera_matrix: !!opencv-matrix\n   data: [ 90., 0., 48., 0., 90., 40., 0., 0., 1. ]\n"
-        "distortion_coefficients: !!opencv-matrix\n   data: [ -0.2, 0., 0., 0., 0. ]\n"
-    )
+    Path("l.yml").write_text(lens_file(size=(96, 80)))
     made = go(f"track FILM --init BOX --scale 20 --lens l.yml --fps 5 --seed 3 -o a.csv {OPTIONS}")
     assert made[0] == 0
     Path("l.yml").unlink()

@@ -8,6 +8,7 @@ import pytest
 from PIL import Image
 
 from commands import Tell
+from lens_files import lens_file
 from motes.rows.reader import read_track
 from motes.synthetic.clips import crowd
 
@@ -48,10 +49,7 @@ def test_rows_have_places_and_speeds(go: Tell) -> None:
 
 
 def test_several_objects_have_their_own_metres(go: Tell) -> None:
-    Path("lens.yml").write_text(
-        "camera_matrix: !!opencv-matrix\n   data: [ 100., 0., 60., 0., 100., 45., 0., 0., 1. ]\n"
-        "distortion_coefficients: !!opencv-matrix\n   data: [ -0.2, 0., 0., 0., 0. ]\n"
-    )
+    Path("lens.yml").write_text(lens_file())
     units = "--scale 20 --lens lens.yml"
     assert go(f"{TRACK} --init 70,40,20,30 {units}")[0] == 0
     assert go(f"{TRACK.replace('rows', 'one')} {units}")[0] == 0
@@ -75,15 +73,10 @@ def test_micrometres_are_kept(go: Tell) -> None:
 
 def test_the_ground_and_the_lens_are_files(go: Tell) -> None:
     Path("ground.toml").write_text("[ground]\nhomography = [[0.05, 0, 0], [0, 0.05, 0], [0, 0, 1]]")
-    Path("lens.yml").write_text(
-        "%YAML:1.0\n---\nimage_width: 120\nimage_height: 90\ncamera_matrix: !!opencv-matrix\n"
-        "   rows: 3\n   cols: 3\n   dt: d\n   data: [ 100., 0., 60., 0., 100., 45., 0., 0., 1. ]\n"
-        "distortion_coefficients: !!opencv-matrix\n   rows: 5\n   cols: 1\n   dt: d\n"
-        "   data: [ -0.2, 0., 0., 0., 0. ]\n"
-    )
+    Path("lens.yml").write_text(lens_file())
     assert go(f"{TRACK} --ground ground.toml --lens lens.yml")[0] == 0
     assert np.isfinite(read_track("rows.csv")["x_m"]).any()
-    Path("other.yml").write_text(Path("lens.yml").read_text().replace("120", "640"))
+    Path("other.yml").write_text(lens_file(size=(640, 90)))
     code, said = go("convert rows.csv metres.csv --scale 20 --lens other.yml")
     assert code == 2
     assert "The lens was calibrated at 640x90, and film has 120x90 pixels" in said
@@ -111,15 +104,8 @@ def test_a_target_on_the_horizon_is_told_once(go: Tell) -> None:
 )
 def test_errors_are_one_line(go: Tell, line: str, code: int, message: str) -> None:
     Path("g.toml").write_text("[[line]]\npoints = [0, 0, 9, 9]\n")
-    Path("other.yml").write_text(
-        "image_width: 640\nimage_height: 480\ncamera_matrix: !!opencv-matrix\n"
-        "   data: [ 100., 0., 60., 0., 100., 45., 0., 0., 1. ]\n"
-        "distortion_coefficients: !!opencv-matrix\n   data: [ 0., 0., 0., 0., 0. ]\n"
-    )
-    Path("damaged.yml").write_text(
-        "camera_matrix: !!opencv-matrix\n   data: [ 1e-9, 0., 1e9, 0., 1e-9, 45., 0., 0., 1. ]\n"
-        "distortion_coefficients: !!opencv-matrix\n   data: [ -1e9, 0., 0., 0., 0. ]\n"
-    )
+    Path("other.yml").write_text(lens_file(size=(640, 480)))
+    Path("damaged.yml").write_text(lens_file(focal=1e-9, distortion=[-1e9, 0.0, 0.0, 0.0]))
     found, said = go(f"{TRACK} {line}")
     assert (found, message in said, said.count("\n")) == (code, True, 1), said
     assert not Path("rows.csv").exists()

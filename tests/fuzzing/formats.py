@@ -3,6 +3,7 @@
 from functools import partial
 from unittest.mock import patch
 
+from lens_files import lens_file
 from motes import Ellipse, Status
 from motes.formats import registry
 from motes.formats.recording import FilmFacts, Recording, placed
@@ -83,15 +84,13 @@ def check(name: str, data: bytes) -> str:
 
 
 def lenses() -> list[bytes]:
-    matrix = "60., 0., 32., 0., 60., 24., 0., 0., 1."
     return [
-        f"%YAML:1.0\n---\nimage_width: 64\nimage_height: 48\ncamera_matrix: !!opencv-matrix\n"
-        f"   rows: 3\n   data: [ {matrix} ]\ndistortion_coefficients: !!opencv-matrix\n   dt: d\n"
-        f"   data: [ -2.5e-01, 0.1,\n       1e-3, 0., 0. ]\n".encode(),
-        f"<?xml version='1.0'?>\n<opencv_storage>\n<image_width>64</image_width>\n<camera_matrix "
-        f"type_id='opencv-matrix'><rows>3</rows><data>{matrix.replace(',', '')}</data>"
-        f"</camera_matrix><distortion_coefficients><data>0.1 0. 0. 0.</data>"
-        f"</distortion_coefficients></opencv_storage>\n".encode(),
+        lens_file(60.0, (-0.25, 0.1, 1e-3, 0.0, 0.0), (64, 48)).encode(),
+        b'<?xml version="1.0"?>\n<opencv_storage>\n<image_width>64</image_width>\n<camera_matrix '
+        b'type_id="opencv-matrix"><rows>3</rows><cols>3</cols><dt>d</dt><data>60. 0. 32. 0. 60. 24.'
+        b' 0. 0. 1.</data></camera_matrix>\n<distortion_coefficients type_id="opencv-matrix"><rows>'
+        b"1</rows><cols>4</cols><dt>d</dt><data>0.1 0. 0. 0.</data></distortion_coefficients>\n"
+        b"</opencv_storage>\n",
     ]
 
 

@@ -7,6 +7,7 @@ import pytest
 from msgspec.structs import replace
 
 from forks import in_a_child
+from lens_files import lens_file
 from motes import ConfigError, Ellipse, EventCounter, Ground, Regions, Status, Track
 from motes.core.track import GROUND
 from motes.mot.analytics.lens import Lens
@@ -49,10 +50,7 @@ def test_a_lens_is_that_of_opencv(count: int) -> None:
         assert place == pytest.approx(ray[:2], abs=1e-6)
 
 
-LENS = (
-    "camera_matrix: !!opencv-matrix\n   data: [ 9, 0, 1, 0, 9, 1, 0, 0, 1 ]\n"
-    "distortion_coefficients: !!opencv-matrix\n   data: [ 0, 0, 0, 0 ]\n"
-)
+LENS = lens_file(focal=9.0, distortion=[0.0] * 5, size=(640, 480))
 
 
 @pytest.mark.slow
@@ -88,16 +86,14 @@ def test_a_point_that_no_lens_sees_has_no_place() -> None:
     ("text", "message"),
     [
         ("", "no camera_matrix and distortion_coefficients"),
-        ("camera_matrix: !!opencv-matrix\n data: [ 1, 2 ]\n", "no camera_matrix"),
-        ("camera_matrix: !!opencv-matrix\n data: [ 1e999 ]\n", "not finite, or too large"),
-        ("camera_matrix: !!opencv-matrix\n data: [ .nan ]\n", "holds a value that is not"),
-        ("image_width: nan\n", "image_width holds a number that is not finite"),
-        (
-            LENS.replace("   data: [ 0,", "   rows: 2\n   cols: 5\n   data: [ 0, 0,"),
-            "has 5 numbers, not the 2 x 5",
-        ),
-        (LENS.replace("[ 9,", "[ 0,"), "needs focal lengths above 0"),
-        (f"image_width: -640\nimage_height: 480\n{LENS}", "Pictures of -640x480 pixels"),
+        (LENS.replace("camera_matrix", "matrix"), "no camera_matrix"),
+        (LENS.replace("cols: 5", "cols: 6"), "no camera_matrix"),
+        (LENS.replace("[ 9.0,", "[ 1e999,"), "matrix"),
+        (LENS.replace("[ 9.0,", "[ .nan,"), "matrix"),
+        (lens_file(distortion=[0.0] * 6), "has 6 coefficients"),
+        (LENS.replace("[ 9.0,", "[ 0,"), "needs focal lengths above 0"),
+        (LENS.replace(" 640", " -640"), "Pictures of -640x480 pixels"),
+        (LENS.replace(" 640", " wide"), r"Pictures of 1.79769e\+308x480 pixels"),
     ],
 )
 def test_other_files_are_refused(text: str, message: str) -> None:

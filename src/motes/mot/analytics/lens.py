@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import math
-import re
 from typing import Annotated, Self
 
 from msgspec import Meta
 
-from motes.core.config import Config
+from motes.core.callables import optional
+from motes.core.config import Config, from_dict
 from motes.core.errors import ConfigError
-from motes.core.files import lines_of
-from motes.core.geometry import FARTHEST
 from motes.mot.analytics.ground_plane import Number, Point
 
+MATRICES = "camera_matrix", "distortion_coefficients"
+SIDES = "image_width", "image_height"
+"""The names of OpenCV's calibration sample."""
 STEPS = 50
 """Most iterations; a point is exact to `PRECISION` long before, unless the model has no inverse."""
 PRECISION = 1e-12
@@ -45,34 +45,39 @@ class Lens(Config, frozen=True):
         if not (self.matrix[0] > 0 and self.matrix[4] > 0):
             raise ConfigError("The camera matrix needs focal lengths above 0.")
         if self.size is not None and not all(0 < side <= WIDEST for side in self.size):
-            raise ConfigError(f"Pictures of {self.size[0]}x{self.size[1]} pixels are of no camera.")
+            raise ConfigError(
+                f"Pictures of {self.size[0]:g}x{self.size[1]:g} pixels are of no camera."
+            )
 
     @classmethod
     def parse(cls, text: str) -> Self:
         """Return the lens in a file of `cv2.FileStorage`, YAML or XML.
 
-        The names are those of OpenCV's calibration sample: camera_matrix, distortion_coefficients,
-        image_width and image_height. Raises a ConfigError if they are not there, or a model has
-        more than 8 coefficients.
+        Raises a ConfigError if it has no lens, or one with more than 8 coefficients, and a
+        MissingDependencyError without OpenCV.
         """
-        entry = _xml_entry if text.lstrip().startswith("<") else _yaml_entry
-        matrix, distortion, width, height = (
-            _numbers(name, *entry(text.lower(), name))
-            for name in ("camera_matrix", "distortion_coefficients", "image_width", "image_height")
-        )
-        if len(matrix) != 9 or not distortion:
+        cv2 = optional("cv2", "A lens needs OpenCV", "motes[opencv]")
+        try:
+            file = cv2.FileStorage(text, cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY)
+            keys = file.root().keys()
+            named = {key.lower(): file.getNode(key) for key in keys}
+            matrix, distortion = (named[name].mat().ravel() for name in MATRICES)
+            sides = [int(named[name].real()) for name in SIDES if name in named]
+        except (cv2.error, SystemError, LookupError, AttributeError, ValueError, OverflowError):
             raise ConfigError(
                 "It has no camera_matrix and distortion_coefficients, as OpenCV's calibration "
                 "writes them; give the YAML or XML file of cv2.FileStorage."
-            )
+            ) from None
         if not any(distortion[8:]):  # those of a thin prism and of a tilted sensor
             distortion = distortion[:8]
         if len(distortion) not in (4, 5, 8):
             raise ConfigError(
                 f"The lens has {len(distortion)} coefficients; calibrate with 4, 5 or 8."
             )
-        size = (int(width[0]), int(height[0])) if width and height else None
-        return cls(tuple(matrix), tuple(distortion), size)
+        size = sides if len(sides) == 2 else None
+        values = {"matrix": matrix.tolist(), "distortion": distortion.tolist(), "size": size}
+        lens: Self = from_dict(values, cls)
+        return lens
 
     def undistorted(self, point: Point) -> Point | None:
         """Return the place of a pixel in a picture of the same camera without distortion.
@@ -97,52 +102,3 @@ class Lens(Config, frozen=True):
             if step < PRECISION:
                 break
         return (fx * x + cx, fy * y + cy) if step < SETTLED else None
-
-
-def _yaml_entry(text: str, name: str) -> tuple[str, str]:
-    """Return the value of a key of YAML, and of a matrix what stands before its `data`.
-
-    Both are "" where there is none.
-    """
-    lines = lines_of(text)
-    for number, line in enumerate(lines):
-        key, colon, value = line.partition(":")
-        if not colon or key.rstrip() != name:
-            continue
-        if "!!opencv-matrix" not in value:
-            return value, ""
-        end = number + 1
-        while end < len(lines) and (lines[end][:1].isspace() or not lines[end]):
-            end += 1
-        block = "\n".join(lines[number + 1 : end])
-        before, _, data = block.partition("data")
-        return data.partition("[")[2].partition("]")[0], before
-    return "", ""
-
-
-def _xml_entry(text: str, name: str) -> tuple[str, str]:
-    """Return the text of an element of XML, as `_yaml_entry` that of a key."""
-    start = text.find(f"<{name}")
-    body = text[start : text.find(f"</{name}", start)].partition(">")[2] if start >= 0 else ""
-    before, found, data = body.partition("<data>")
-    return (data.partition("</data")[0], before) if found else (body, "")
-
-
-def _numbers(name: str, value: str, shape: str) -> list[float]:
-    """Return the numbers of an entry, of a matrix as many as its rows and columns say, if they do.
-
-    Raises a ConfigError if one is none, or is not finite, or there are more or fewer.
-    """
-    try:
-        found = [float(field) for field in value.replace(",", " ").split()]
-    except ValueError:
-        raise ConfigError(f"{name} holds a value that is not a number.") from None
-    if not all(abs(number) <= FARTHEST for number in found):
-        raise ConfigError(f"{name} holds a number that is not finite, or too large.")
-    sides = [int(each) for each in re.findall(r"\b(?:rows|cols)\W+(\d{1,6})\b", shape)]
-    if sides and math.prod(sides) != len(found):
-        raise ConfigError(
-            f"{name} has {len(found)} numbers, not the {' x '.join(map(str, sides))} of its rows "
-            f"and columns; give the file as OpenCV wrote it."
-        )
-    return found
