@@ -59,7 +59,8 @@ def test_it_keeps_the_rules() -> None:
 
 
 def test_it_can_be_switched_off() -> None:
-    off: Discriminative = from_dict({"confined": {"weight": 0.0}}, Discriminative)
+    none = {"confined": {"weight": 0.0}, "backdrop": {"weight": 0.0}}
+    off: Discriminative = from_dict(none, Discriminative)
     assert off.experts.named == {}
     assert from_dict(from_toml(off.to_toml(), "it"), Discriminative) == off
     tracker = Tracker(off)

@@ -51,6 +51,7 @@ if TYPE_CHECKING:
         particles,
         planes,
         preview,
+        ring,
         sampling,
         search_window,
         selective_update,
@@ -82,6 +83,7 @@ else:
     particles = _compiled.particles
     planes = _compiled.planes
     preview = _compiled.preview
+    ring = _compiled.ring
     sampling = _compiled.sampling
     search_window = _compiled.search_window
     selective_update = _compiled.selective_update
@@ -112,6 +114,7 @@ __all__ = [
     "particles",
     "planes",
     "preview",
+    "ring",
     "sampling",
     "search_window",
     "selective_update",

@@ -23,6 +23,7 @@
 #include "particles.hpp"
 #include "planes.hpp"
 #include "preview.hpp"
+#include "ring.hpp"
 #include "sampling.hpp"
 #include "search_window.hpp"
 #include "selective_update.hpp"
@@ -53,6 +54,7 @@ template <> struct Reader<search_window::Place>
     : TupleReader<search_window::Place, double, double, double, double, double> {};
 template <> struct Reader<color_posterior::Box>
     : TupleReader<color_posterior::Box, double, double, double, double> {};
+template <> struct Reader<ring::Hole> : TupleReader<ring::Hole, Index, Index, Index, Index> {};
 template <> struct Reader<illumination::Limits>
     : TupleReader<illumination::Limits, double, double, double, double> {};
 template <> struct Reader<localization::PointCues>
@@ -147,6 +149,7 @@ inline bool add_kernels(PyObject* extension) {
                 unlocked<planes::window_sums>("window_sums")}) &&
            add(extension, "preview", {unlocked<preview::usual_colors>("usual_colors")},
                {{"MOST", preview::MOST}}) &&
+           add(extension, "ring", {unlocked<ring::correlations>("correlations")}) &&
            add(extension, "sampling",
                {brief<pixels_within>("pixels_within"), brief<colors_at>("colors_at"),
                 unlocked<sampling::values_within>("values_within"),

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from motes.core.config import Config, NonNegative, Particles, Positive, check_extra_names
 from motes.cues.color import Posterior
 from motes.cues.correlation_filter import Correlation, ScaleFilter
+from motes.sot.discriminative.backdrop import Backdrop
 from motes.sot.discriminative.expert import Confined, Evidence, Expert, Experts
 from motes.sot.discriminative.redetection import Redetection
 from motes.sot.filtering.resampling import KldSampling
@@ -47,6 +48,8 @@ class DiscriminativeConfig(Config, frozen=True, dict=True):
     """What the near window says of a place; the experts add to it."""
     confined: Confined = Confined()
     """Expert: a filter that is confined to the target, in a wide window."""
+    backdrop: Backdrop = Backdrop()
+    """Expert: what was at a place before the target came."""
     network: Network | None = None
     """A trained network that follows the target too; by default there is none."""
     extra_experts: dict[str, Expert] = {}  # noqa: RUF012  (msgspec copies it)
@@ -67,6 +70,8 @@ class DiscriminativeConfig(Config, frozen=True, dict=True):
         own: dict[str, Expert] = {}
         if self.confined.weight:
             own["confined"] = self.confined
+        if self.backdrop.weight:
+            own["backdrop"] = self.backdrop
         return Experts(own | self.extra_experts)
 
     @cached_property

@@ -102,7 +102,10 @@ EXPERTS = Registry[type[Expert]](
     "expert",
     "motes.experts",
     Expert,
-    {"confined": "motes.sot.discriminative.expert:Confined"},
+    {
+        "confined": "motes.sot.discriminative.expert:Confined",
+        "backdrop": "motes.sot.discriminative.backdrop:Backdrop",
+    },
     tagged=False,
 )
 

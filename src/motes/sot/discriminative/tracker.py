@@ -2,13 +2,14 @@
 
 A step is a partitioned particle filter (MacCormick and Isard, ECCV 2000): first the place, then the
 size. Particles find the target in a near window, by gradients and colors (`localization.py`).
-Experts of other kinds (`expert.py`) say where they see it, among them a filter that is confined to
-the target in a wide window. Where they part, both places are followed until the evidence of the
-next frames decides, and nothing is learned meanwhile (`standing.py`). The evidence of a place is
-the sum of the log odds that the near window and the experts give it. It decides whether
-the target is there, and so whether the tracker learns or searches. Whether it is the target or a
-neighbor who looks alike is a belief (`identity.py`) that is reported and changes nothing else. A
-trained network, if there is one, follows the target beside the particles (`network_track.py`).
+Experts of other kinds (`expert.py`) say where they see it, or that it is not there: a filter that
+is confined to the target in a wide window, and a memory of what was there before (`backdrop.py`).
+Where they part, both places are followed until the evidence of the next frames decides, and nothing
+is learned meanwhile (`standing.py`). The evidence of a place is the sum of the log odds that the
+near window and the experts give it. It decides whether the target is there, and so whether the
+tracker learns or searches. Whether it is the target or a neighbor who looks alike is a belief
+(`identity.py`) that is reported and changes nothing else. A trained network, if there is one,
+follows the target beside the particles (`network_track.py`).
 """
 
 from __future__ import annotations
