@@ -90,7 +90,7 @@ class Snapshot(msgspec.Struct, frozen=True, eq=False):
     def likeness(self, frame: Frame, place: Ellipse) -> float | None:
         """Return the correlation of a place in a frame with what was there without the target.
 
-        None if what lies around it is not found in the picture, or the target was there.
+        0 if the target was there, and None if what lies around is not found in the picture.
         """
         around, core = self.points(place, AROUND), self.points(place, 1.0)
         left, top, *_ = around
@@ -109,7 +109,7 @@ class Snapshot(msgspec.Struct, frozen=True, eq=False):
         x, y = first_x + column - left, first_y + row - top  # how far the scene has moved
         there = place._replace(x=place.x + x * self.pitch, y=place.y + y * self.pitch)
         if iou(there.box, self.target.box) > BESIDE:
-            return None
+            return 0.0
         return correlation(core.of(now, left, top), core.of(self.grays, -x, -y))
 
 
@@ -145,10 +145,10 @@ class Backdrop(Expert, Config, frozen=True):
         return BackdropSight(frame, model)
 
     def log_odds(self, sight: BackdropSight, place: Ellipse) -> float:
-        """Return by how much a place looks as before the target came, by the newest picture."""
+        """Return by how much a place looks as before the target came, by the oldest picture."""
         old = sight.model.snapshots[: None if sight.model.frames >= EVERY else -1]
-        alike = (snapshot.likeness(sight.frame, place) for snapshot in reversed(old))
-        found = next((each for each in alike if each is not None), ALIKE)
+        alike = (snapshot.likeness(sight.frame, place) for snapshot in old)
+        found = next((each for each in alike if each is not None), 0.0)
         return -self.weight * max(found - ALIKE, 0.0)
 
     def updated(
