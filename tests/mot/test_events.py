@@ -37,6 +37,23 @@ def test_a_zone_is_a_polygon() -> None:
     assert not any(map(zone.holds, outside))
 
 
+@pytest.mark.parametrize(
+    ("line", "crossings"),
+    [
+        ((50, 40, 50, 99), 1),
+        ((50, 98, 50, 40), 1),
+        ((50, 40, 50, 90), 0),  # it ends in the picture
+        ((20, 98, 40, 98), 0),  # along the edge, before them
+    ],
+)
+def test_a_line_goes_on_beyond_the_picture(line: tuple[int, int, int, int], crossings: int) -> None:
+    """Feet that the lower edge cuts off pass there, 4 pixels below the picture."""
+    counting = EventCounter(Regions((Line(line),)), (100, 100))
+    steps = [seen(i, (10 * i, 103)) for i in range(12)]
+    events = told(counting, *steps) + counting.finish()
+    assert [each.event for each in events].count("crosses") == crossings
+
+
 def test_events_of_one_visit() -> None:
     places = Regions((Line((50, 0, 50, 99), "gate"),), (Zone((60, 0, 90, 0, 90, 99, 60, 99)),))
     counting = EventCounter(places)

@@ -107,6 +107,7 @@ class EventCounter:
         self._reach = {name: zone.reach for name, zone in self._zones.items()}
         if size is not None:
             places.check(*size)
+            self._lines = {name: line.beyond(size) for name, line in self._lines.items()}
             self._zones = {name: zone.beyond(size) for name, zone in self._zones.items()}
         self._shapes = {name: UsualShape() for name in self._lines}
         self._seen: dict[int, Track] = {}

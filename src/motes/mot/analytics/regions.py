@@ -21,6 +21,8 @@ STROKE = 0.12
 """Length of the stroke that shows a line's first direction, as a share of the line."""
 NEAR = 1.0
 """Pixels; a side of a zone that is nearer to the edge of the picture lies on it."""
+AT_EDGE = 0.02
+"""A line that would leave the picture within this share of its smaller side ends at its edge."""
 SETTLED = 0.4
 """Seconds after which a crossing, an entry or an exit counts, unless the object comes back."""
 
@@ -56,6 +58,15 @@ class Line(Config, frozen=True):
     def gap(self, point: Point) -> float:
         """Return the distance of a point from the line between its ends."""
         return _gap(self.points[:2], self.points[2:], point)
+
+    def beyond(self, size: tuple[int, int]) -> Line:
+        """Return the line with ends at the edge of a picture moved out of it by its sides.
+
+        The feet of an object that this edge cuts are beyond it.
+        """
+        first, second = self.points[:2], self.points[2:]
+        ends = _moved_out(second, first, size) + _moved_out(first, second, size)
+        return replace(self, points=ends)
 
 
 class Zone(Config, frozen=True):
@@ -168,6 +179,19 @@ class Regions(Config, frozen=True):
     @staticmethod
     def _names(kind: str, places: Sequence[Line | Zone]) -> list[str]:
         return [each.name or f"{kind} {i}" for i, each in enumerate(places, start=1)]
+
+
+def _moved_out(start: Point, end: Point, size: tuple[int, int]) -> Point:
+    """Return the end of a line, moved on out of a picture if it is at its edge."""
+
+    def further(length: float) -> Point:
+        share = length / math.dist(start, end)
+        x, y = (b + share * (b - a) for a, b in zip(start, end, strict=True))
+        return x, y
+
+    out = further(AT_EDGE * min(size))
+    inside = all(0 <= at <= side - 1 for at, side in zip(out, size, strict=True))
+    return end if inside else further(sum(size))
 
 
 def crossing(
