@@ -106,6 +106,25 @@ def test_rows_come_back_by_import(shown: Shown, tmp_path: Path) -> None:
     shown.until(f"s.rows.get(2)?.filter(Boolean).length === {FRAMES}")
 
 
+def test_the_ground_has_the_metres_that_are_typed(shown: Shown) -> None:
+    """A square of one metre stood there, so that all speeds were invented."""
+    page = shown.page
+    shown.open()
+    page.get_by_role("button", name="Click four points of the ground").click()
+    for point in [(20, 20), (70, 20), (70, 60), (20, 60)]:
+        page.mouse.click(*shown.at(*point))
+    page.get_by_role("button", name="Set the ground").click()
+    page.get_by_role("alert").get_by_text("X of point 1: give a number").wait_for()
+    for at, (x, y) in enumerate([(0, 0), (5, 0), (5, 4), (0, 4)], start=1):
+        page.get_by_label(f"X of point {at}").fill(str(x))
+        page.get_by_label(f"Y of point {at}").fill(str(y))
+    page.get_by_role("button", name="Set the ground").click()
+    shown.until("s.session.places.ground?.length === 4")
+    assert shown.state("s.session.places.ground.map((point) => point.slice(2)).flat()") == [
+        0, 0, 5, 0, 5, 4, 0, 4,
+    ]  # fmt: skip
+
+
 def test_a_killed_server_loses_nothing(
     context: BrowserContext, films: Path, tmp_path: Path
 ) -> None:

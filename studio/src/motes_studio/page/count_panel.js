@@ -131,10 +131,9 @@ function mountGroundForm(app) {
   return metres;
 }
 
-/** The place in metres of one point; the four usual ones are a square's. */
+/** The place in metres of one point, which only the user knows. */
 function groundPoint(at) {
-  const [x, y] = [[0, 0], [1, 0], [1, 1], [0, 1]][at];
-  const input = (label, value) => element("input", { type: "number", step: "any", required: true, "aria-label": label, value });
+  const input = (label) => element("input", { type: "number", step: "any", required: true, "aria-label": label });
   return element("div", { class: "row even" },
-    element("span", {}, `Point ${at + 1}`), input(`X of point ${at + 1}`, x), input(`Y of point ${at + 1}`, y));
+    element("span", {}, `Point ${at + 1}`), input(`X of point ${at + 1}`), input(`Y of point ${at + 1}`));
 }
