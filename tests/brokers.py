@@ -11,8 +11,7 @@ from typing import Any, Self
 
 import pytest
 
-from waiting import PATIENCE as PATIENCE
-from waiting import wait_until as wait_until
+from waiting import PATIENCE as PATIENCE, wait_until as wait_until
 
 
 def free_port() -> int:

@@ -11,8 +11,7 @@ from clips import write_film
 from motes import Status, synthetic
 from motes.cli.app import commands as known_commands
 from motes_lab.cli.app import app as lab_app
-from pages import blocks, commands
-from pages import run as run_command
+from pages import blocks, commands, run as run_command
 
 ROOT = Path(__file__).parent.parent
 README, MORE = ROOT / "README.md", ROOT / "docs/track.md"

@@ -16,12 +16,12 @@ from motes_lab.effort.annotator import annotate, annotate_equidistant
 from motes_lab.effort.methods import (
     Film,
     Keyframes,
+    Path as Rows,
     equidistant,
     forward_only,
     interpolated,
     smoothed,
 )
-from motes_lab.effort.methods import Path as Rows
 
 FRAMES = 30
 

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import example, given
-from hypothesis import strategies as st
+from hypothesis import example, given, strategies as st
 
 from crowds import assert_equal, combined, from_files, perturbed, rows, theirs, trackeval
 from motes_lab.datasets.distractors import DISTRACTORS, evaluated_rows

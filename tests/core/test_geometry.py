@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from motes.core.errors import ConfigError
 from motes.core.geometry import Box, Ellipse, as_ellipse, iou, of_corners, region_within

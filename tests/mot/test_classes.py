@@ -9,8 +9,7 @@ from msgspec.structs import replace
 
 from motes import Box, Detection, EventCounter, Frame, Line, Regions, Scene, Status, Track
 from motes.cli.watch_loop import table
-from motes.formats.registry import format_for
-from motes.formats.registry import write as write_format
+from motes.formats.registry import format_for, write as write_format
 from motes.formats.rows import recording_of_journal
 from motes.mot.scene_config import DetectionSelection, SceneConfig
 from motes.mot.stages.suppress_duplicates import suppress_duplicates

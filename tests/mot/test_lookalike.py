@@ -10,8 +10,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, iou
 from motes.mot.detection.lookalike import LIMIT, LookalikeConfig, LookalikeDetector
 from motes.mot.scene_config import lookalike_detector
-from motes_lab.papers.zhao_pei_team import Team
-from motes_lab.papers.zhao_pei_team import team as follow_team
+from motes_lab.papers.zhao_pei_team import Team, team as follow_team
 
 RED, BLUE, WHITE, LAWN = (200, 30, 30), (40, 50, 160), (235, 235, 235), (60, 120, 40)
 SIZE = 14, 30

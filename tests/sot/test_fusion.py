@@ -8,8 +8,7 @@ from unittest import mock
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from msgspec.structs import replace
 
 from motes import ConfigError, Ellipse, ParticleFilter

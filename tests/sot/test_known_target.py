@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from motes import ConfigError, Ellipse, FormatError, Frame, KnownTarget, Place, load_places
 from motes.cues.color import Color

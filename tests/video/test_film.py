@@ -13,8 +13,7 @@ import pytest
 from clips import spoil
 from coded import KINDS, video
 from motes import SourceError, open_source
-from motes.video import DamagedError, Film, Seeker
-from motes.video import film as film_module
+from motes.video import DamagedError, Film, Seeker, film as film_module
 from motes.video.decoder import Decoder
 from motes.video.film import Shared, shared
 from motes.video.report import Report, Stamped

@@ -18,8 +18,7 @@ import av
 import numpy as np
 import pytest
 from av.stream import Disposition
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from PIL import Image
 
 from clips import (

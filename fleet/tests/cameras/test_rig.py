@@ -20,8 +20,7 @@ from commands import read_csv
 from motes import BackgroundDetector, Ellipse, KnownTarget, Place, Scene, open_source, preset
 from motes.cli import main
 from motes.cues import Color
-from motes_fleet.cameras import rig as rig_runner
-from motes_fleet.cameras import rig_camera
+from motes_fleet.cameras import rig as rig_runner, rig_camera
 from motes_fleet.cameras.camera_report import (
     Arrival,
     CameraEnded,

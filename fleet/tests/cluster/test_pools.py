@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 import batch_jobs
-from motes_fleet.cluster import machine
-from motes_fleet.cluster import pool as pools
+from motes_fleet.cluster import machine, pool as pools
 from motes_fleet.cluster.local_pool import LocalPool
 
 

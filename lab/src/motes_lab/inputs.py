@@ -11,8 +11,7 @@ from cyclopts import Group, Parameter
 
 from motes import ConfigError, SourceError
 from motes_lab.datasets.mot import MotSequence, load_mot_dataset
-from motes_lab.datasets.sot import Problem, load_dataset
-from motes_lab.datasets.sot import Sequence as Film
+from motes_lab.datasets.sot import Problem, Sequence as Film, load_dataset
 
 S = TypeVar("S", Film, MotSequence)
 DATASET = Group("Dataset", sort_key=1)

@@ -14,9 +14,7 @@ from motes_lab.datasets.sot import load_dataset
 from motes_lab.experiment import Experiment, Result
 from motes_lab.report import markdown
 from motes_lab.report.tables import Table
-from motes_lab.speed import measure as speed
-from motes_lab.speed import parts
-from motes_lab.speed import report as speed_report
+from motes_lab.speed import measure as speed, parts, report as speed_report
 from motes_lab.speed.measure import MAIN
 from motes_lab.speed.report import against, stored_ratios, trackers_table
 

@@ -1,22 +1,20 @@
 """The public names of this package."""
 
 from .app import program as program
-from .entry import call as call
-from .entry import main as main
-from .entry import run as run
-from .exit_codes import DONE as DONE
-from .exit_codes import NOT_FOUND as NOT_FOUND
-from .exit_codes import PARTIAL as PARTIAL
-from .frame_loop import Moment as Moment
-from .frame_loop import Sink as Sink
-from .frame_loop import TerminalBar as TerminalBar
-from .input_checks import check_counts as check_counts
-from .input_checks import check_not_source as check_not_source
-from .input_checks import default_output as default_output
-from .input_checks import numbers_of as numbers_of
-from .input_checks import prepared_folder as prepared_folder
-from .option_groups import FileName as FileName
-from .option_groups import OwnCode as OwnCode
-from .option_groups import Whole as Whole
-from .option_groups import options as options
+from .entry import call as call, main as main, run as run
+from .exit_codes import DONE as DONE, NOT_FOUND as NOT_FOUND, PARTIAL as PARTIAL
+from .frame_loop import Moment as Moment, Sink as Sink, TerminalBar as TerminalBar
+from .input_checks import (
+    check_counts as check_counts,
+    check_not_source as check_not_source,
+    default_output as default_output,
+    numbers_of as numbers_of,
+    prepared_folder as prepared_folder,
+)
+from .option_groups import (
+    FileName as FileName,
+    OwnCode as OwnCode,
+    Whole as Whole,
+    options as options,
+)
 from .streams import log as log

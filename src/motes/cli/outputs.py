@@ -29,8 +29,7 @@ from motes.core.types import Bytes
 from motes.correction.history import History
 from motes.formats.mot import line_of
 from motes.formats.recording import LABEL, Recording
-from motes.formats.registry import FORMATS, Written, check_images
-from motes.formats.registry import write as write_format
+from motes.formats.registry import FORMATS, Written, check_images, write as write_format
 from motes.formats.rows import recording_of_journal
 from motes.formats.visibility import visible
 from motes.mot.analytics.event import Event

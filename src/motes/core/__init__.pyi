@@ -1,33 +1,29 @@
 """The public names of this package."""
 
-from . import interrupts as interrupts
-from . import resources as resources
-from .addresses import parts_of as parts_of
-from .addresses import without_password as without_password
-from .callables import explain as explain
-from .callables import import_callable as import_callable
-from .callables import optional as optional
+from . import interrupts as interrupts, resources as resources
+from .addresses import parts_of as parts_of, without_password as without_password
+from .callables import explain as explain, import_callable as import_callable, optional as optional
 from .config import from_toml as from_toml
 from .config_keys import words as words
 from .errors import counted as counted
-from .files import PARTIAL as PARTIAL
-from .files import leftovers as leftovers
-from .files import read_text as read_text
-from .files import used_alone as used_alone
-from .files import write_whole as write_whole
-from .files import writing as writing
+from .files import (
+    PARTIAL as PARTIAL,
+    leftovers as leftovers,
+    read_text as read_text,
+    used_alone as used_alone,
+    write_whole as write_whole,
+    writing as writing,
+)
 from .frame import FRAME_INTERVAL as FRAME_INTERVAL
-from .geometry import as_ellipse as as_ellipse
-from .geometry import iou as iou
-from .geometry import region_within as region_within
-from .labels import check_label as check_label
-from .labels import guarded as guarded
-from .types import Floats as Floats
-from .types import Singles as Singles
-from .worker import Answer as Answer
-from .worker import Done as Done
-from .worker import Failed as Failed
-from .worker import Part as Part
-from .worker import Worker as Worker
-from .worker import WorkerLine as WorkerLine
-from .worker import blocked_signals as blocked_signals
+from .geometry import as_ellipse as as_ellipse, iou as iou, region_within as region_within
+from .labels import check_label as check_label, guarded as guarded
+from .types import Floats as Floats, Singles as Singles
+from .worker import (
+    Answer as Answer,
+    Done as Done,
+    Failed as Failed,
+    Part as Part,
+    Worker as Worker,
+    WorkerLine as WorkerLine,
+    blocked_signals as blocked_signals,
+)

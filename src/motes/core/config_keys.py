@@ -15,8 +15,7 @@ from functools import cache
 from typing import Any, get_args, get_origin
 
 import msgspec
-from msgspec import NODEFAULT, Struct
-from msgspec import inspect as types
+from msgspec import NODEFAULT, Struct, inspect as types
 
 from motes.core.registry import fields_of, open_registry, registry_of
 

@@ -1,4 +1,3 @@
 """The public names of this package."""
 
-from .painters import ScenePainter as ScenePainter
-from .painters import TargetPainter as TargetPainter
+from .painters import ScenePainter as ScenePainter, TargetPainter as TargetPainter

@@ -21,8 +21,7 @@ from motes_studio.commands import Places, Watch
 from motes_studio.document import DrawnTarget, places_toml
 from motes_studio.messages import OpenFilm
 from motes_studio.scenes import ScenePart, config_of
-from motes_studio.tables import Table
-from motes_studio.tables import tracks as tracks_of
+from motes_studio.tables import Table, tracks as tracks_of
 from motes_studio.workplace import Workplace
 
 DEFAULT_NAME = re.compile(r"object \d+", re.IGNORECASE)

@@ -16,8 +16,7 @@ from motes.cli import DONE, PARTIAL, FileName, OwnCode, Whole, call, log, option
 from motes.core import counted, interrupts, optional
 from motes.mot import check_code
 from motes.sot import Network
-from motes_fleet.cluster import driver, machine
-from motes_fleet.cluster import pool as pools
+from motes_fleet.cluster import driver, machine, pool as pools
 from motes_fleet.cluster.jobs import Job
 from motes_fleet.cluster.open_pool import open_pool
 from motes_fleet.cluster.state import (

@@ -11,12 +11,10 @@ from motes import ConfigError, SourceError
 from motes.cli import Whole, check_counts
 from motes.core import read_text
 from motes_lab.adapters.opencv import peer
-from motes_lab.datasets.sot import Sequence as TrueSequence
-from motes_lab.datasets.sot import load_dataset
+from motes_lab.datasets.sot import Sequence as TrueSequence, load_dataset
 from motes_lab.experiment import ResultOptions
 from motes_lab.inputs import REPEATED, RUN
-from motes_lab.speed import measure as speed
-from motes_lab.speed import report as speed_report
+from motes_lab.speed import measure as speed, report as speed_report
 from motes_lab.speed.parts import PARTS, Part, measured
 
 

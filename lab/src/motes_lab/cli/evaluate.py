@@ -13,8 +13,7 @@ from motes_lab.adapters.registry import mot_tracker_spec, resolve, with_detector
 from motes_lab.cli.evaluate_options import DatasetOptions, ReportOptions, RunOptions, check_kind
 from motes_lab.cli.evaluate_run import run_jobs, write_all
 from motes_lab.datasets.mot import MotSequence, has_mot_sequences, load_mot_dataset
-from motes_lab.datasets.sot import Sequence as Film
-from motes_lab.datasets.sot import load_dataset
+from motes_lab.datasets.sot import Sequence as Film, load_dataset
 from motes_lab.inputs import chosen, first_pixels, lines, refuse_none
 from motes_lab.run_folder import prepare, record
 from motes_lab.runner import Pass

@@ -14,11 +14,9 @@ from motes.video import Film as Reader
 from motes_fleet.cluster import pool as pools
 from motes_fleet.cluster.machine import cores
 from motes_fleet.cluster.open_pool import open_pool
-from motes_lab.datasets.sot import Problem
-from motes_lab.datasets.sot import Sequence as Film
+from motes_lab.datasets.sot import Problem, Sequence as Film
 from motes_lab.effort.annotator import Effort, annotate, annotate_equidistant
-from motes_lab.effort.methods import METHODS
-from motes_lab.effort.methods import Film as Work
+from motes_lab.effort.methods import METHODS, Film as Work
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.inputs import FirstPixel, films_of
 from motes_lab.metrics.statistics import over

@@ -31,8 +31,7 @@ from motes import (
 from motes.core import explain
 from motes.synthetic import Clip
 from motes_lab.adapters.opencv import PEERS, is_peer, peer
-from motes_lab.datasets.sot import Problem
-from motes_lab.datasets.sot import Sequence as TrueSequence
+from motes_lab.datasets.sot import Problem, Sequence as TrueSequence
 
 SIZE = (640, 480)
 """Width and height of a frame."""

@@ -7,12 +7,10 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import Literal, get_args
 
 from motes.synthetic import still
-from motes_lab.datasets.sot import Problem
-from motes_lab.datasets.sot import Sequence as TrueSequence
+from motes_lab.datasets.sot import Problem, Sequence as TrueSequence
 from motes_lab.experiment import Experiment, Result
 from motes_lab.report.tables import Table
-from motes_lab.speed import measure as speed
-from motes_lab.speed import report as speed_report
+from motes_lab.speed import measure as speed, report as speed_report
 from motes_lab.speed.measure import SIZE, Film
 from motes_lab.speed.report import Ratio
 
