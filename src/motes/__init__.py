@@ -1,8 +1,8 @@
 """motes follows objects through video with particle filters.
 
 Four more modules are public: `motes.cues` (how far pixels are from a target model),
-`motes.filtering` (the parts of a particle filter), `motes.synthetic` (rendered clips with exact
-truth) and `motes.testing` (checks for packages that extend motes).
+`motes.filtering` (the interfaces of the parts of a tracker), `motes.synthetic` (rendered clips with
+exact truth) and `motes.testing` (checks for packages that extend motes).
 """
 
 __version__ = "0.1.0"

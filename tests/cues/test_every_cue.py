@@ -22,8 +22,8 @@ from motes.cues import (
 )
 from motes.cues.sampling import Checkerboard, Lattice, Sampling
 from motes.cues.search_window import features
-from motes.filtering import Confined
 from motes.mot.expected import Expected
+from motes.sot.discriminative.expert import Confined
 from oracles import bhattacharyya, frame, mosaic, pictures, regions, rows
 
 CUES = (

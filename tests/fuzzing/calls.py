@@ -28,30 +28,22 @@ from motes.cues import (
     sunflower,
     visible,
 )
-from motes.filtering import (
-    AnchoredKalman,
-    AppearanceRule,
+from motes.mot.expected import Expected
+from motes.sot.discriminative.expert import Confined
+from motes.sot.discriminative.redetection import Redetection
+from motes.sot.filtering.appearance_rule import AppearanceRule
+from motes.sot.filtering.bin_updates import AnchoredKalman, GaussianBins, KalmanBins
+from motes.sot.filtering.fusion import Fixed, PrintedMixture
+from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian
+from motes.sot.filtering.model_update import ExponentialForgetting
+from motes.sot.filtering.motion import (
     Autoregressive,
-    BestParticle,
-    Confined,
     ConstantVelocity,
     EllipseWalk,
-    Exponential,
-    ExponentialForgetting,
-    Fixed,
-    Gaussian,
-    GaussianBins,
-    KalmanBins,
-    KldSampling,
-    Multinomial,
-    PrintedMixture,
     RandomWalk,
-    Redetection,
     SecondOrder,
-    Systematic,
-    Weights,
 )
-from motes.mot.expected import Expected
+from motes.sot.filtering.resampling import KldSampling, Multinomial, Systematic, Weights
 
 from .outcomes import READ, REFUSED, DefectError, check_finite, check_message
 

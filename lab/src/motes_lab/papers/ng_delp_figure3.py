@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from motes import ParticleFilter, configure
 from motes.core import Floats
-from motes.filtering import BestParticle, Gaussian, Likelihood
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.report.tables import Cell, Row, Table, number
 from motes_lab.track_figures import charts
@@ -31,12 +32,13 @@ def ng_delp_figure3(*, results: ResultOptions = ResultOptions()) -> int:
 
 def figure3() -> Experiment:
     """Yield the likelihoods of equations 22 and 23, and that of 24 if no particle is nearer."""
+    fixed = {"type": "gaussian", "sigma": SIGMA}
     curves = [
-        (name, *_curve(likelihood, low))
-        for name, likelihood, low in (
-            (f"sigma {SIGMA:g} (22)", Gaussian(sigma=SIGMA), 0),
-            (f"epsilon {EPSILON:g} (23)", Gaussian(sigma=SIGMA, epsilon=EPSILON), 0),
-            (f"best at {NEAREST:g} (24)", BestParticle(epsilon=EPSILON), NEAREST),
+        (name, *_curve(keys, low))
+        for name, keys, low in (
+            (f"sigma {SIGMA:g} (22)", fixed, 0),
+            (f"epsilon {EPSILON:g} (23)", {**fixed, "epsilon": EPSILON}, 0),
+            (f"best at {NEAREST:g} (24)", {"epsilon": EPSILON}, NEAREST),
         )
     ]
     rows: list[Row] = []
@@ -56,11 +58,16 @@ def figure3() -> Experiment:
     yield Result({"": table}, lambda: _draw(curves))
 
 
-def _curve(likelihood: Likelihood, nearest: float) -> tuple[Floats, Floats]:
-    """Return distances from the nearest one on, and the likelihoods of particles there."""
+def _curve(keys: Mapping[str, object], nearest: float) -> tuple[Floats, Floats]:
+    """Return distances from the nearest one on, and the likelihoods of particles there.
+
+    The keys are those of ng_delp's likelihood that differ.
+    """
+    config = configure("ng_delp", {"likelihood": keys})
+    assert isinstance(config, ParticleFilter)
     distances = np.append(nearest, np.arange(0, 1 + STEP / 2, STEP))
     distances = np.unique(distances[distances >= nearest])
-    return distances, np.exp(likelihood.log(["color"], distances[None]))[0]
+    return distances, np.exp(config.likelihood.log(["color"], distances[None]))[0]
 
 
 def _draw(curves: list[tuple[str, Floats, Floats]]) -> Figure:

@@ -12,7 +12,6 @@ from motes import Ellipse, Frame, Status, Tracker, open_source
 from motes.cli import numbers_of
 from motes.core import Floats, region_within
 from motes.cues import Checkerboard, Color, Edges, EveryPixel, Lattice, Sampling, bhattacharyya
-from motes.filtering import Gaussian
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.inputs import Region
 from motes_lab.metrics.statistics import over
@@ -31,7 +30,7 @@ CUES: dict[str, Callable[[Sampling], Color | Edges]] = {
     ),
     "edges": lambda sampling: Edges(kernel="epanechnikov", sampling=sampling),  # 3.2 and 3.3
 }
-LIKELIHOOD = Gaussian(sigma=0.15)  # equation 22, caption of table 1
+SIGMA = 0.15  # of the likelihood, equation 22: caption of table 1
 
 REGIONS_PER_TIMING = 50
 """Number of regions timed together, since the call takes as long as a single histogram."""
@@ -151,11 +150,11 @@ def table1(views: Iterable[View]) -> Experiment:
 def _table(name: str, samples: Sequence[Sample], where: str) -> Table:
     distances = np.array([sample.distances for sample in samples])
     seconds = np.concatenate([sample.seconds for sample in samples])
-    likelihoods = np.exp(LIKELIHOOD.log([name], distances.reshape(1, -1)))
+    likelihoods = np.exp(-(distances**2) / (2 * SIGMA**2))
     columns = zip(
         (1 - distances**2).T,
         distances.T,
-        likelihoods.reshape(distances.shape).T,
+        likelihoods.T,
         np.median(seconds, axis=0),
         np.median(seconds / seconds[:, :1], axis=0),
         strict=True,
