@@ -27,7 +27,7 @@ NAMES = [
     for name in each.__all__
     if not inspect.ismodule(getattr(each, name))
 ]
-VALUES = ("PRESETS", "Sampling", "TrackerConfig")
+VALUES = ("PRESETS", "TrackerConfig")
 """Names of no class or function, which have no docstring of their own."""
 
 

@@ -12,12 +12,13 @@ import arena
 import oracles
 from crowds import write_crowd
 from motes import Ellipse, SourceError, Tracker, synthetic
+from motes.cues import sunflower
 from motes_lab.cli import main
 from motes_lab.datasets.sot import Problem
 from motes_lab.experiment import Experiment, Result, ResultOptions, as_csv
 from motes_lab.metrics.statistics import over
 from motes_lab.papers import ng_delp_figure3, ng_delp_table1, nummiaro_figure9
-from motes_lab.papers.ng_delp_table1 import SAMPLINGS, View
+from motes_lab.papers.ng_delp_table1 import LATTICES, View
 from motes_lab.report.tables import Cell, Table, number, percent
 
 SIZE = (80, 64)
@@ -58,7 +59,7 @@ def color_oracle(view: View, sampling: str) -> oracles.Floats:
     assert view.region is not None
     pixels, bins, profile = view.frame.pixels, (8, 8, 4), "epanechnikov"
     if sampling.startswith("lattice"):
-        lattice = SAMPLINGS[sampling].lattice
+        lattice = sunflower(LATTICES[sampling])
         return oracles.on_lattice(pixels, view.region, lattice, "hsv", bins, profile)
     share = "all" if sampling == "all pixels" else sampling
     return oracles.every_pixel(pixels, view.region, "hsv", bins, profile, share)

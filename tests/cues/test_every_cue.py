@@ -10,18 +10,12 @@ from hypothesis import given, strategies as st
 
 import motes
 from motes import ConfigError, Ellipse, kernels
-from motes.cues import (
-    Color,
-    Correlation,
-    Edges,
-    EveryPixel,
-    Hog,
-    Orientation,
-    Posterior,
-    ScaleFilter,
-)
-from motes.cues.sampling import Checkerboard, Lattice, Sampling
+from motes.cues.color import Color, Posterior
+from motes.cues.correlation_filter import Correlation, ScaleFilter
+from motes.cues.gradients import Edges, Hog
+from motes.cues.sampling import Checkerboard, EveryPixel, Lattice, Sampling
 from motes.cues.search_window import features
+from motes.cues.structure_tensor import Orientation
 from motes.mot.expected import Expected
 from motes.sot.discriminative.expert import Confined
 from oracles import bhattacharyya, frame, mosaic, pictures, regions, rows

@@ -14,20 +14,12 @@ from numpy.typing import NDArray
 
 import motes
 from motes import Box, Ellipse, Frame, MotesError
-from motes.cues import (
-    Checkerboard,
-    Color,
-    Correlation,
-    Edges,
-    EveryPixel,
-    Hog,
-    Lattice,
-    Orientation,
-    Posterior,
-    ScaleFilter,
-    sunflower,
-    visible,
-)
+from motes.cues import sunflower, visible
+from motes.cues.color import Color, Posterior
+from motes.cues.correlation_filter import Correlation, ScaleFilter
+from motes.cues.gradients import Edges, Hog
+from motes.cues.sampling import Checkerboard, EveryPixel, Lattice
+from motes.cues.structure_tensor import Orientation
 from motes.mot.expected import Expected
 from motes.sot.discriminative.expert import Confined
 from motes.sot.discriminative.redetection import Redetection

@@ -3,32 +3,27 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from motes import Ellipse, Frame, Status, Tracker, open_source
+from motes import Ellipse, Frame, Status, Tracker, configure, open_source
 from motes.cli import numbers_of
 from motes.core import Floats, region_within
-from motes.cues import Checkerboard, Color, Edges, EveryPixel, Lattice, Sampling, bhattacharyya
+from motes.cues import HistogramCue, bhattacharyya
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.inputs import Region
 from motes_lab.metrics.statistics import over
 from motes_lab.report.tables import Cell, Row, Table, number, percent
 
 ALL = "all pixels"
-SAMPLINGS: dict[str, Sampling] = {
-    ALL: EveryPixel(),
-    "half": Checkerboard(share="half"),
-    "quarter": Checkerboard(share="quarter"),
-    **{f"lattice of {points}": Lattice(points=points) for points in (64, 128, 256, 512)},
-}
-CUES: dict[str, Callable[[Sampling], Color | Edges]] = {
-    "color": lambda sampling: Color(  # sections 3.1 and 3.3
-        space="hsv", bins=(8, 8, 4), kernel="epanechnikov", sampling=sampling
-    ),
-    "edges": lambda sampling: Edges(kernel="epanechnikov", sampling=sampling),  # 3.2 and 3.3
+LATTICES = {f"lattice of {points}": points for points in (64, 128, 256, 512)}
+SAMPLINGS: dict[str, dict[str, object]] = {
+    ALL: {"type": "every_pixel"},
+    "half": {"type": "checkerboard", "share": "half"},
+    "quarter": {"type": "checkerboard", "share": "quarter"},
+    **{name: {"type": "lattice", "points": points} for name, points in LATTICES.items()},
 }
 SIGMA = 0.15  # of the likelihood, equation 22: caption of table 1
 
@@ -98,6 +93,13 @@ PAPER = {
 }
 
 
+def cue_of(preset: str, name: str, sampling: Mapping[str, object]) -> HistogramCue:
+    """Return a cue of a preset that reads these pixels of a region."""
+    cue = configure(preset, {name: {"sampling": sampling}}).cues[name]
+    assert isinstance(cue, HistogramCue)
+    return cue
+
+
 class Sample(NamedTuple):
     """The results of one region, with a number for each of the `SAMPLINGS`."""
 
@@ -108,7 +110,7 @@ class Sample(NamedTuple):
 
 
 def sample(
-    cues: Sequence[Color | Edges], frame: Frame, ellipse: Ellipse, rounds: int
+    cues: Sequence[HistogramCue], frame: Frame, ellipse: Ellipse, rounds: int
 ) -> Sample | None:
     """Compare a region's histograms of several cues with that of the first, and time them in turn.
 
@@ -131,7 +133,10 @@ def sample(
 
 def table1(views: Iterable[View]) -> Experiment:
     """Yield table 1 for the views so far, for the color histogram and for that of edges."""
-    cues = {name: [make(s) for s in SAMPLINGS.values()] for name, make in CUES.items()}
+    cues = {
+        name: [cue_of("ng_delp", name, each) for each in SAMPLINGS.values()]
+        for name in ("color", "edges")
+    }
     samples: dict[str, list[Sample]] = {name: [] for name in cues}
     sizes = []
     for seen, (frame, region, still) in enumerate(views, 1):

@@ -11,16 +11,17 @@ from numpy.typing import NDArray
 from motes import Ellipse, Frame, open_source
 from motes.cli import numbers_of
 from motes.core import region_within
-from motes.cues import Color, EveryPixel
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.inputs import Region
+from motes_lab.papers.ng_delp_table1 import cue_of
 from motes_lab.report.tables import Cell, Row, Table, percent
 from motes_lab.track_figures import charts
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-CUE = Color(space="rgb", bins=(8, 8, 8), kernel="radial", sampling=EveryPixel())  # section III
+BINS = (8, 8, 8)
+"""Those of the preset nummiaro: section III."""
 MAX_ROWS = 12
 """Number of bins in the table; the other bins are summed in its last row."""
 
@@ -44,7 +45,8 @@ def nummiaro_figure9(
 
 def figure9(frame: Frame, region: Ellipse) -> Experiment:
     """Yield the color histogram of a region."""
-    histogram = CUE.histograms(frame, np.array([region]))[0]
+    cue = cue_of("nummiaro", "color", {"type": "every_pixel"})
+    histogram = cue.histograms(frame, np.array([region]))[0]
     order = np.argsort(-histogram, kind="stable")[: min(MAX_ROWS, np.count_nonzero(histogram))]
     rows: list[Row] = []
     for number, channels in zip(order, _channels()[order].tolist(), strict=True):
@@ -60,13 +62,13 @@ def figure9(frame: Frame, region: Ellipse) -> Experiment:
 
 def _channels() -> NDArray[np.intp]:
     """Return the bin of each channel for all bins of the histogram, (m, 3)."""
-    return np.stack(np.unravel_index(np.arange(math.prod(CUE.bins)), CUE.bins), axis=1)
+    return np.stack(np.unravel_index(np.arange(math.prod(BINS)), BINS), axis=1)
 
 
 def _draw(histogram: NDArray[np.float64]) -> Figure:
     figure = charts.new_figure(3.2)
     axes = figure.add_subplot()
     charts.style_axes(axes, "Color histogram", "bin, blue fastest; in its own color", "share")
-    axes.bar(np.arange(histogram.size), histogram, width=1, color=(_channels() + 0.5) / CUE.bins)
+    axes.bar(np.arange(histogram.size), histogram, width=1, color=(_channels() + 0.5) / BINS)
     axes.set(xlim=(0, histogram.size), ylim=(0, None))
     return figure
