@@ -20,7 +20,7 @@ from typing import TypeAlias
 import cv2
 import numpy as np
 
-from motes import BackgroundDetector, Scene, Status, Track, Trackers
+from motes import Scene, Status, Track, Trackers, named_detector
 from motes.core.frame import Frame
 from motes.core.types import Floats
 
@@ -116,7 +116,7 @@ def marked(preset: str, form: str, frames: Sequence[Frame], ways: Floats) -> Ite
 
 def watched(frames: Sequence[Frame], ways: Floats) -> Iterator[Place]:
     """Yield the object that was nearest to each mouse after a second, and where the mouse is."""
-    scene, own = Scene(BackgroundDetector(), seed=0), [0] * MICE
+    scene, own = Scene(named_detector("background"), seed=0), [0] * MICE
     scene.prepare(frames)
     for frame, tracks in scene.watch(frames):
         places = ways[frame.index, :, :2]

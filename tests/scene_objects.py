@@ -5,8 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 from msgspec.structs import replace
 
-from motes import PRESETS, Box, Frame, ParticleFilter, SceneConfig, Status, scene_config
+from motes import PRESETS, Box, Frame, ParticleFilter, Status, scene_config
 from motes.core.types import Floats
+from motes.mot.scene_config import SceneConfig
 from motes.mot.tracked_object import TrackedObject
 
 Color = tuple[int, int, int]

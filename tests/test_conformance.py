@@ -6,12 +6,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from motes import BackgroundConfig, Box, Config, Detection, DetectorConfig, Frame, LookalikeConfig
+from motes import Box, Config, Detection, DetectorConfig, Frame
 from motes.core.types import Floats
 from motes.cues.base import CUES, Cue
 from motes.cues.color import Color
 from motes.cues.sampling import Checkerboard, EveryPixel
 from motes.cues.structure_tensor import Orientation
+from motes.mot.detection.background import BackgroundConfig
+from motes.mot.detection.lookalike import LookalikeConfig
 from motes.sot.filtering.motion import MOTIONS, EllipseWalk, Motion
 from motes.testing import check_cue, check_detector, check_motion
 

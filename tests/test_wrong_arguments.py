@@ -95,7 +95,7 @@ CALLS: dict[str, tuple[Callable[[Any], object], str]] = {
     "digits": (lambda _: motes.Tracker().init(PIXELS, "9999"), "region is"),  # type: ignore[arg-type]
     "a row of bytes": (lambda _: motes.as_detections([b"2222"]), "must return"),
     "a box in a set": (lambda _: motes.as_detections([motes.Detection({1, 2, 3, 4})]), "must"),  # type: ignore[arg-type]
-    "no scene": (lambda _: motes.Scene(lambda frame: [], {}), "SceneConfig"),  # type: ignore[arg-type]
+    "no scene": (lambda _: motes.Scene(lambda frame: [], {}), "scene_config"),  # type: ignore[arg-type]
     "the frame beside a region": (lambda _: several().add(PIXELS, BOX), "region alone"),  # type: ignore[arg-type]
     "the frame of a correction": (lambda _: started().correct(PIXELS, BOX), "region alone"),  # type: ignore[arg-type]
     "one region": (lambda _: motes.Trackers().init(PIXELS, BOX), "list of regions"),  # type: ignore[arg-type]
@@ -141,10 +141,10 @@ CALLS: dict[str, tuple[Callable[[Any], object], str]] = {
     "one picture to watch": (lambda _: watched(PIXELS), "frames of a film.* one picture"),
     "one frame to watch": (lambda _: watched(motes.Frame(0, 0, PIXELS)), "frames of a film"),
     "one gray picture to prepare": (
-        lambda _: motes.Scene(motes.BackgroundDetector()).prepare(PIXELS[:, :, 0]),
+        lambda _: motes.Scene(motes.named_detector()).prepare(PIXELS[:, :, 0]),
         "one picture",
     ),
-    "nothing to prepare": (lambda _: motes.Scene(motes.BackgroundDetector()).prepare(None), "film"),  # type: ignore[arg-type]
+    "nothing to prepare": (lambda _: motes.Scene(motes.named_detector()).prepare(None), "film"),  # type: ignore[arg-type]
     "nothing to smooth": (lambda _: motes.smooth(None), "Give the Track"),  # type: ignore[arg-type]
     "tracks one by one": (lambda _: motes.smooth(iter([track()])), "Give the Track"),  # type: ignore[arg-type]
     "a width and a height": (lambda _: motes.synthetic.growing(320, 240), "two numbers"),  # type: ignore[arg-type]

@@ -30,24 +30,9 @@ from .correction.keyframes import read_keyframes as read_keyframes
 from .mot.analytics.events import Event as Event, EventCounter as EventCounter
 from .mot.analytics.ground_plane import Ground as Ground
 from .mot.analytics.regions import Line as Line, Regions as Regions, Zone as Zone
-from .mot.detection.background import (
-    BackgroundConfig as BackgroundConfig,
-    BackgroundDetector as BackgroundDetector,
-)
-from .mot.detection.lookalike import (
-    LookalikeConfig as LookalikeConfig,
-    LookalikeDetector as LookalikeDetector,
-)
-from .mot.detection.onnx_detector import (
-    OnnxConfig as OnnxConfig,
-    OnnxDetector as OnnxDetector,
-)
-from .mot.detection.pretrained import (
-    FaceDetector as FaceDetector,
-    PeopleDetector as PeopleDetector,
-)
+from .mot.detection.lookalike import LookalikeDetector as LookalikeDetector
 from .mot.scene import Scene as Scene
-from .mot.scene_config import SceneConfig as SceneConfig, scene_config as scene_config
+from .mot.scene_config import named_detector as named_detector, scene_config as scene_config
 from .output.overlay import draw as draw
 from .output.scene_overlay import draw_scene as draw_scene
 from .rows.reader import read_track as read_track

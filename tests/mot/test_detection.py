@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from motes import FaceDetector, Frame, Scene, Status, Tracker, as_detections
+from motes import Frame, Scene, Status, Tracker, as_detections
 from motes.core.callables import import_callable
 from motes.core.detection import Detection, best
 from motes.core.errors import ConfigError, MissingDependencyError
 from motes.core.geometry import Box, iou
 from motes.mot.detection.custom import CustomDetector
+from motes.mot.detection.pretrained import FaceDetector
 from motes.mot.scene_config import named_detector
 from oracles import sequence
 

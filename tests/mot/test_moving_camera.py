@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from motes import BackgroundDetector, Detection, Frame, LookalikeDetector, Scene
+from motes import Detection, Frame, LookalikeDetector, Scene
 from motes.core.geometry import Box, iou
 from motes.core.types import Bytes
 from motes.mot.detection import moving_camera
+from motes.mot.detection.background import BackgroundDetector
 from motes.mot.detection.global_motion import GlobalMotion, Model
 from motes.mot.detection.moving_camera import Camera, MovingCamera, PannedDetector, before_camera
 from motes.mot.scene_config import DetectionSelection, scene_config

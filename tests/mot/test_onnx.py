@@ -9,7 +9,8 @@ import pytest
 pytest.importorskip("onnx", reason="onnx is not installed")
 pytest.importorskip("onnxruntime", reason="onnxruntime is not installed")
 
-from motes import ConfigError, Detection, Frame, OnnxConfig, OnnxDetector, SourceError
+from motes import ConfigError, Detection, Frame, SourceError
+from motes.mot.detection.onnx_detector import OnnxConfig, OnnxDetector
 from motes.mot.detection.onnx_heads import KINDS, Boxes, decoded, suppressed
 from motes.mot.scene_config import named_detector
 from onnx_models import save
@@ -42,7 +43,7 @@ def boxes(found: list[Detection]) -> dict[tuple[float, ...], str | None]:
 
 @pytest.mark.parametrize("head", HEADS)
 def test_boxes_of_each_head_are_exact(head: str, tmp_path: Path) -> None:
-    detector = OnnxDetector(str(model(tmp_path, head)))
+    detector = OnnxDetector(OnnxConfig(str(model(tmp_path, head))))
     assert detector.head == head
     found = detector(picture((16, 32, 16, 16, RED), (64, 0, 16, 16, BLUE)))
     assert boxes(found) == {(16, 32, 16, 16): "0", (64, 0, 16, 16): "1"}
@@ -54,7 +55,7 @@ def test_boxes_of_each_head_are_exact(head: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("head", HEADS)
 def test_frames_of_another_size_are_fitted(head: str, tmp_path: Path) -> None:
     """A frame of 288x96 is a third as large in the input: 96x32, of 64 rows, or stretched."""
-    detector = OnnxDetector(str(model(tmp_path, head)))
+    detector = OnnxDetector(OnnxConfig(str(model(tmp_path, head))))
     fit = KINDS[head].fit
     # The frame's row that lies at the input's row 16, 32 or, stretched, 16.
     y, height = {"letterbox": (0, 48), "corner": (48, 48), "stretch": (24, 24)}[fit]
@@ -69,7 +70,7 @@ def test_a_file_beside_it_says_what_the_model_does_not(tmp_path: Path) -> None:
     path = model(
         tmp_path, "yolo", order="bgr", mean=(1, 2, 3), deviation=(9, 8, 7), channels_last=True
     )
-    wrong = OnnxDetector(str(path))(picture((16, 32, 16, 16, RED)))
+    wrong = OnnxDetector(OnnxConfig(str(path)))(picture((16, 32, 16, 16, RED)))
     assert boxes(wrong) != {(16, 32, 16, 16): "red"}
     (tmp_path / "yolo.toml").write_text(
         'order = "bgr"\nmean = [1, 2, 3]\ndeviation = [9, 8, 7]\nclasses = ["red", "blue"]\n'
@@ -89,7 +90,7 @@ def test_an_rtdetr_of_ultralytics_is_known_by_its_metadata(
 ) -> None:
     """Its six columns look like those of models with their own suppression, in other units."""
     path = save(tmp_path / "model.onnx", form, metadata=said)
-    detector = OnnxDetector(str(path))
+    detector = OnnxDetector(OnnxConfig(str(path)))
     found = detector(picture((32, 64, 32, 32, RED), (128, 0, 32, 32, BLUE), size=(192, 64 * 2)))
     assert detector.head == "rtdetr"
     assert boxes(found) == {(32, 64, 32, 32): "0", (128, 0, 32, 32): "1"}
@@ -99,7 +100,7 @@ def test_a_model_for_another_task_is_refused(tmp_path: Path) -> None:
     """The outputs for poses have the shape of boxes with classes."""
     path = model(tmp_path, "yolo", metadata={"task": "pose"})
     with pytest.raises(ConfigError, match="It is a model for the task pose; export one for detect"):
-        OnnxDetector(str(path))
+        OnnxDetector(OnnxConfig(str(path)))
 
 
 def test_scores_and_overlaps_are_limits(tmp_path: Path) -> None:

@@ -13,10 +13,11 @@ import pytest
 from msgspec.structs import astuple, replace
 from numpy.typing import NDArray
 
-from motes import BackgroundDetector, Detection, Detector, Frame, Scene, Status, Track
+from motes import Detection, Detector, Frame, Scene, Status, Track
 from motes.core.errors import ConfigError, SourceError
 from motes.core.geometry import Box, iou
 from motes.mot import track_initiation
+from motes.mot.detection.background import BackgroundDetector
 from motes.mot.overlaps import as_rows, occlusion_candidates
 from motes.mot.scene_config import DetectionSelection, Initiation, SceneConfig, scene_config
 from motes.mot.stages.associate import split_merged_blob
@@ -208,7 +209,7 @@ def test_a_motion_that_is_no_homography_is_refused(motion: Any) -> None:
 
 @pytest.mark.parametrize("detector", [None, 3, "mog2", BackgroundDetector])
 def test_what_is_no_detector_is_refused_at_once(detector: Any) -> None:
-    with pytest.raises(ConfigError, match=r"BackgroundDetector\(\); got"):
+    with pytest.raises(ConfigError, match=r"named_detector\(\); got"):
         Scene(detector)
 
 

@@ -8,7 +8,8 @@ import pytest
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from motes import BackgroundDetector, Frame, Scene
+from motes import Frame, Scene
+from motes.mot.detection.background import BackgroundDetector
 from motes.mot.detection.exposure import Exposure
 from motes.mot.detection.reference_image import LASTS, ReferenceImage
 from motes.mot.detection.sway import FARTHEST

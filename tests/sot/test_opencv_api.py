@@ -9,10 +9,11 @@ import pytest
 from PIL import Image
 
 from kinds import ALGORITHMS, CONFIGS, KINDS
-from motes import BackgroundDetector, Ellipse, OpenCVTracker, Track, Tracker, draw, synthetic
+from motes import Ellipse, OpenCVTracker, Track, Tracker, draw, synthetic
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame, as_rgb, from_bgr
 from motes.core.types import Bytes
+from motes.mot.detection.background import BackgroundDetector
 
 CLIP = synthetic.still((160, 120), target=(30, 40), frames=3)
 BOX = tuple(round(value) for value in Ellipse(*CLIP.targets[0].states[0]).box)

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from commands import read_csv
-from motes import BackgroundDetector, Ellipse, KnownTarget, Place, Scene, open_source, preset
+from motes import Ellipse, KnownTarget, Place, Scene, named_detector, open_source, preset
 from motes.cli import main
 from motes.cues import Color
 from motes_fleet.cameras import rig as rig_runner, rig_camera
@@ -396,7 +396,7 @@ def test_half_of_somebody_is_not_told_of(films: Path) -> None:
     place = Place(name="door", box=(0, 0, 10, 96))
     reports: dict[bool, list[CameraReport]] = {}
     for door in (True, False):
-        scene = Scene(BackgroundDetector())
+        scene = Scene(named_detector("background"))
         lookout = CameraReporter(Camera("hall", "", place=(place,) * door), scene)
         with open_source(films / "hall.mkv") as film:
             frames = list(film)

@@ -91,7 +91,7 @@ def check_callable(detector: object) -> None:
     if isinstance(detector, type) or not callable(detector):
         raise ConfigError(
             f"A detector is a callable from a Frame to Detections, such as "
-            f"motes.BackgroundDetector(); got {detector!r}."
+            f"motes.named_detector(); got {detector!r}."
         )
 
 

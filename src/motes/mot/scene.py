@@ -189,7 +189,9 @@ class Scene:
     ) -> None:
         self.config = scene_config(config) if isinstance(config, str) else config
         if not isinstance(self.config, SceneConfig):
-            raise ConfigError(f"A scene takes a preset's name or a SceneConfig; got {config!r}.")
+            raise ConfigError(
+                f"A scene takes a preset's name or a motes.scene_config(); got {config!r}."
+            )
         check_callable(detector)
         self.detector = before_camera(detector, self.config.camera)
         self._seed = checked_seed(seed)

@@ -215,15 +215,33 @@ def check_code(detector: str | None, allowed: bool) -> None:
         )
 
 
-def named_detector(name: str | None) -> Detector:
-    """Return a detector by its name, with default settings; raise a ConfigError for no name."""
-    config: DetectorConfig = from_dict(detector_values(name), DetectorConfig)
+def named_detector(name: str | None = None, settings: Mapping[str, object] = {}) -> Detector:
+    """Return a detector by its name, as `motes watch --detector` takes it; by default a background.
+
+    Parameters
+    ----------
+    name
+        The name.
+    settings
+        The keys that `motes config --watch detector` lists, as in {"least": 0.001}.
+
+    Raises
+    ------
+    ConfigError
+        If no detector has that name, a key is unknown, or a value does not fit.
+    SourceError
+        If its file cannot be read.
+    MissingDependencyError
+        If its package is not installed.
+    """
+    values = {"type": name} if settings and name in DETECTORS else detector_values(name)
+    config: DetectorConfig = from_dict({**values, **settings}, DetectorConfig)
     return config.detector()
 
 
 def lookalike_detector(config: LookalikeConfig, detector: str | None) -> LookalikeDetector:
     """Return the detector of what looks like a target, of what moves or what a detector finds.
 
-    Raises a ConfigError if no detector has that name.
+    Raises as `named_detector` does.
     """
     return LookalikeDetector(config, None if detector is None else named_detector(detector))

@@ -7,9 +7,8 @@ from contextlib import suppress
 
 import msgspec
 
-from motes import Frame, KnownTarget, MotesError, Scene, Source, open_source
+from motes import Frame, KnownTarget, MotesError, Scene, Source, named_detector, open_source
 from motes.core import WorkerLine
-from motes.mot import named_detector
 from motes.video import Newest, is_recorded
 from motes_fleet.cameras.camera_report import (
     Arrival,

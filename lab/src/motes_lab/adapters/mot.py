@@ -17,20 +17,18 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from motes import (
-    BackgroundDetector,
     Box,
     ConfigError,
     Detection,
-    Detector,
     FormatError,
     Frame,
     MissingDependencyError,
     Scene,
     Status,
+    named_detector,
     open_source,
 )
 from motes.core import as_ellipse, import_callable
-from motes.mot import named_detector
 from motes_lab.adapters.sot import LARGEST
 from motes_lab.datasets.mot_rows import read_rows
 
@@ -275,9 +273,7 @@ class DetectorAdapter(MotTrackerAdapter):
         self, detector: str, make: Callable[..., MotTrackerAdapter], seed: int | None = None
     ) -> None:
         self._name = detector
-        self._detector: Detector = (
-            BackgroundDetector() if detector == BACKGROUND else named_detector(detector)
-        )
+        self._detector = named_detector(detector)
         self._adapter = make() if seed is None else make(seed)
 
     def start(self, info: SequenceInfo) -> None:

@@ -49,7 +49,6 @@ from typing import Any
 
 from motes import (
     PRESETS,
-    BackgroundDetector,
     ConfigError,
     Discriminative,
     MeanShift,
@@ -58,11 +57,11 @@ from motes import (
     TrackerConfig,
     __version__,
     configure,
+    named_detector,
     preset,
     scene_config,
 )
 from motes.core import explain, from_toml, import_callable, read_text
-from motes.mot import named_detector
 from motes.sot import Network
 from motes_lab.adapters import mot as mot
 from motes_lab.adapters.networks import NETWORKS, network_files
@@ -188,7 +187,6 @@ def with_detector(specs: Iterable[TrackerSpec], detector: str) -> list[TrackerSp
         If its package is not installed.
     """
     if detector == mot.BACKGROUND:
-        BackgroundDetector()
         found = f"{detector}, motes {__version__}"
     elif detector.endswith(".onnx"):
         named_detector(detector)

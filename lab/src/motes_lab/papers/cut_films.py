@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motes import BackgroundDetector, Box, Detection, Frame, Scene, Status
+from motes import Box, Detection, Frame, Scene, Status, named_detector
 from motes.core import iou
 from motes_fleet.cameras.arrivals import VISIBLE
 from motes_fleet.cameras.camera_report import ObjectReport
@@ -113,7 +113,7 @@ def run(
 
     def scene(view: int) -> Scene:
         if moments[0].detections is None:
-            return Scene(BackgroundDetector())
+            return Scene(named_detector("background"))
         return Scene(lambda _: given[view])
 
     reporters = [CameraReporter(camera, scene(view)) for view, camera in enumerate(rig.camera)]

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from motes import BackgroundDetector
+from motes import named_detector
 from motes_lab.datasets.distractors import MATCH_IOU
 from motes_lab.datasets.mot import MotSequence
 from motes_lab.experiment import Experiment, Result, ResultOptions
@@ -48,7 +48,8 @@ def detections(sequences: Sequence[MotSequence]) -> Experiment:
 
 def _counts(sequence: MotSequence) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
     """Return the numbers of objects, of detections, and of right ones: (3,)."""
-    detector = BackgroundDetector()
+    detector = named_detector("background")
+    assert hasattr(detector, "prepare")
     detector.prepare(sequence.pictures())
     counts = np.zeros(3, np.int64)
     for frame in sequence.pictures():

@@ -12,7 +12,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from msgspec import Meta
 
-from motes import BackgroundDetector, Config, Event, EventCounter, Line, Regions, Scene, open_source
+from motes import Config, Event, EventCounter, Line, Regions, Scene, named_detector, open_source
 from motes.mot import assign
 from motes_lab.experiment import Experiment, Result, ResultOptions
 from motes_lab.report.tables import Cell, Row, Table, number
@@ -112,7 +112,7 @@ def _events(clip: CountedClip, source: str) -> list[Event]:
     lines = tuple(
         Line(line.points, str(n), ("left", "right")) for n, line in enumerate(clip.line, start=1)
     )
-    scene = Scene(BackgroundDetector())
+    scene = Scene(named_detector("background"))
     with open_source(source) as film:
         scene.prepare(film)
     with open_source(source) as film:

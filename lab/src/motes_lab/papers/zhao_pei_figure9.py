@@ -11,19 +11,18 @@ from cyclopts import Parameter
 from numpy.typing import NDArray
 
 from motes import (
-    BackgroundDetector,
     Box,
     Detector,
-    LookalikeConfig,
     LookalikeDetector,
     Scene,
     SourceError,
+    named_detector,
     open_source,
     scene_config,
 )
 from motes.cli import numbers_of
 from motes.core import FRAME_INTERVAL, iou
-from motes.mot import assign, named_detector
+from motes.mot import assign
 from motes_lab.datasets.distractors import MATCH_IOU
 from motes_lab.datasets.mot import MotSequence, has_mot_sequences
 from motes_lab.datasets.mot_rows import MotRows, line_of, rows_of
@@ -74,9 +73,8 @@ def zhao_figure9(
     config = scene_config("zhao_pei")
     finder = None if detector is None else named_detector(detector)
     if like is not None:
-        box = tuple(numbers_of("--like", like, "x,y,width,height"))
-        chosen = LookalikeConfig(box)  # type: ignore[arg-type]
-        config, finder = config.for_lookalikes(), LookalikeDetector(chosen, finder)
+        box = numbers_of("--like", like, "x,y,width,height")
+        config, finder = config.for_lookalikes(), LookalikeDetector(box, finder)
     if has_mot_sequences(sequence):
         crowds, problems = crowds_of(sequence)
     else:
@@ -139,7 +137,7 @@ def default_detector(sequence: MotSequence) -> Detector:
     """Return the sequence's own detections as a detector, or else a background model."""
     found = sequence.detections
     if found is None:
-        return BackgroundDetector()
+        return named_detector("background")
     return lambda frame: found.detections(frame.index)
 
 

@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 from msgspec import Meta
 
-from motes import Config, LookalikeConfig, Scene, Status, open_source, scene_config
+from motes import Config, LookalikeDetector, Scene, Status, open_source, scene_config
 from motes.core import iou
 from motes.mot import assign
 from motes_lab.datasets.distractors import MATCH_IOU
@@ -62,7 +62,7 @@ def team(truth: Team, pictures: Path) -> Experiment:
     more.
     """
     config = scene_config().for_lookalikes()
-    scene = Scene(LookalikeConfig(truth.like).detector(), config)
+    scene = Scene(LookalikeDetector(truth.like), config)
     marked = {each.index: np.array(each.boxes).reshape(-1, 4) for each in truth.frame}
     rows, total, last = list[Row](), np.zeros(3, np.int64), max(marked)
     with open_source(pictures, start=truth.start, end=last + 1) as film:

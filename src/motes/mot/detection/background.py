@@ -136,11 +136,6 @@ class BackgroundDetector:
     config
         How it looks.
 
-    Raises
-    ------
-    ConfigError
-        If that is no `BackgroundConfig`.
-
     Attributes
     ----------
     warnings
@@ -149,8 +144,6 @@ class BackgroundDetector:
     """
 
     def __init__(self, config: BackgroundConfig = BackgroundConfig()) -> None:  # noqa: B008
-        if not isinstance(config, BackgroundConfig):
-            raise ConfigError(f"A BackgroundDetector takes a BackgroundConfig; got {config!r}.")
         self.config = config
         self._model = Mixture(config.deviations)
         self._first: Bytes | None = None

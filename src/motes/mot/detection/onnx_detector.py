@@ -86,7 +86,7 @@ class OnnxDetector:
     Parameters
     ----------
     config
-        The path of an ONNX file, or a configuration.
+        The file, and how it is used.
 
     Attributes
     ----------
@@ -105,8 +105,7 @@ class OnnxDetector:
         If its input or its outputs have no known form.
     """
 
-    def __init__(self, config: OnnxConfig | str) -> None:
-        config = OnnxConfig(config) if isinstance(config, str) else config
+    def __init__(self, config: OnnxConfig) -> None:
         self.config = config
         self._session = file = Session(config.file, config.threads)
         if not file.inputs or file.inputs[0].type not in TYPES or len(file.inputs[0].shape) != 4:
