@@ -24,7 +24,7 @@ from motes.mot.detection.illumination import (
     without_tremble,
 )
 from motes.mot.detection.planes import planes_of
-from motes.mot.detection.pretrained import PeopleDetector, RecordedDetections
+from motes.mot.detection.pretrained import PeopleConfig, RecordedDetections
 from motes.mot.detection.sway import BLOCKS, FARTHEST, FEWEST, Sway, moved
 from motes.mot.scene import LAG, Scene
 
@@ -186,11 +186,11 @@ def test_people(data: Path) -> None:
     truth = np.loadtxt(folder / "gt" / "gt.txt", delimiter=",", usecols=range(6))
     boxes = truth[truth[:, 0] == 1, 2:] - (1, 1, 0, 0)
     pixels = read_image(folder / "img1" / "000001.jpg")
-    found = PeopleDetector()(Frame(0, 0.0, pixels))
+    found = PeopleConfig().detector()(Frame(0, 0.0, pixels))
     overlaps = iou(np.array([each.box for each in found])[:, None], boxes)
     assert len(found) >= 4
     assert (overlaps.max(axis=1) > 0.5).mean() >= 0.75
-    assert PeopleDetector()(Frame(0, 0.0, pixels[:100])) == []
+    assert PeopleConfig().detector()(Frame(0, 0.0, pixels[:100])) == []
 
 
 def silhouette(*heads: int) -> NDArray[np.uint8]:

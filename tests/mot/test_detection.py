@@ -15,7 +15,7 @@ from motes.core.detection import Detection, best
 from motes.core.errors import ConfigError, MissingDependencyError
 from motes.core.geometry import Box, iou
 from motes.mot.detection.custom import CustomDetector
-from motes.mot.detection.pretrained import FaceDetector
+from motes.mot.detection.pretrained import FacesConfig
 from motes.mot.scene_config import named_detector
 from oracles import sequence
 
@@ -46,7 +46,7 @@ def test_what_no_tracker_could_start_on_is_left_out(box: Box) -> None:
 def test_without_dlib_the_remedy_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "dlib", None)
     with pytest.raises(MissingDependencyError, match=r"pip install 'motes\[faces\]'"):
-        FaceDetector()
+        FacesConfig().detector()
 
 
 @pytest.mark.slow
@@ -54,7 +54,7 @@ def test_without_dlib_the_remedy_is_named(monkeypatch: pytest.MonkeyPatch) -> No
 def test_a_found_face_is_followed(data: Path) -> None:
     """As `motes track --detect face` does; with color alone David was lost in frame 13."""
     frames, boxes = sequence(data / "sot" / "David", 30)
-    found = best(FaceDetector()(frames[0]), frames[0])
+    found = best(FacesConfig().detector()(frames[0]), frames[0])
     assert found is not None
     tracker = Tracker()
     tracker.init(frames[0], found.box)

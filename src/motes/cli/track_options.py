@@ -74,9 +74,9 @@ class TargetOptions:
                 "The target is missing. Give one of --init, --detect, --at, --keyframes, for "
                 "example --init 300,200,60,80 (x, y, width, height in the first frame)."
             )
-        from motes.mot.detection.pretrained import FaceDetector
+        from motes.mot.detection.pretrained import FacesConfig
 
-        faces = FaceDetector()
+        faces = FacesConfig().detector()
         return lambda tracker, frame: tracker.detect(frame, faces)
 
 

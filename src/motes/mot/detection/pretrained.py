@@ -9,7 +9,7 @@ import numpy as np
 
 from motes.core.callables import optional
 from motes.core.config import Config
-from motes.core.detection import Detection, DetectorConfig, best
+from motes.core.detection import Detection, Detector, DetectorConfig, best
 from motes.core.errors import SourceError
 from motes.core.files import lines_of, read_text
 from motes.core.frame import Frame
@@ -24,79 +24,58 @@ LEAST_FACE, LEAST_PERSON = 0.0, 0.5
 
 
 class FacesConfig(DetectorConfig, Config, frozen=True, tag="faces"):
-    """The detector of faces; it has no settings."""
+    """The detector of faces; it has no settings.
 
-    def detector(self) -> FaceDetector:
-        """Return the detector; raise a MissingDependencyError without dlib."""
-        return FaceDetector()
-
-
-class FaceDetector:
-    """Finds upright frontal faces, by gradient histograms and a support vector machine.
-
-    The kind of detector of Nummiaro et al., section V, as dlib has trained it.
-
-    Raises
-    ------
-    MissingDependencyError
-        If dlib is not installed.
+    It finds upright frontal ones, by gradient histograms and a support vector machine: the kind of
+    detector of Nummiaro et al., section V, as dlib has trained it.
     """
 
-    def __init__(self) -> None:
+    def detector(self) -> Detector:
+        """Return the detector; raise a MissingDependencyError without dlib."""
         dlib = optional("dlib", "Finding faces needs dlib", "motes[faces]")
-        self._find = dlib.get_frontal_face_detector()
+        find = dlib.get_frontal_face_detector()
 
-    def __call__(self, frame: Frame) -> list[Detection]:
-        """Return the faces in a frame."""
-        pixels = np.ascontiguousarray(frame.pixels)
-        boxes, scores, _ = self._find.run(pixels, UPSAMPLE, LEAST_FACE)
-        return [
-            Detection(Box(r.left(), r.top(), r.width(), r.height()), float(score))
-            for r, score in zip(boxes, scores, strict=True)
-        ]
+        def faces(frame: Frame) -> list[Detection]:
+            boxes, scores, _ = find.run(np.ascontiguousarray(frame.pixels), UPSAMPLE, LEAST_FACE)
+            return [
+                Detection(Box(r.left(), r.top(), r.width(), r.height()), float(score))
+                for r, score in zip(boxes, scores, strict=True)
+            ]
+
+        return faces
 
 
 class PeopleConfig(DetectorConfig, Config, frozen=True, tag="people"):
-    """The detector of people; it has no settings."""
+    """The detector of people; it has no settings.
 
-    def detector(self) -> PeopleDetector:
-        """Return the detector; raise a MissingDependencyError if OpenCV is missing."""
-        return PeopleDetector()
-
-
-class PeopleDetector:
-    """Finds upright people of 100 pixels or more, by gradient histograms and a linear classifier.
-
+    It finds upright ones of 100 pixels or more, by gradient histograms and a linear classifier:
     Dalal and Triggs, CVPR 2005; OpenCV contains the trained model.
-
-    Raises
-    ------
-    MissingDependencyError
-        If OpenCV is not installed.
     """
 
-    def __init__(self) -> None:
+    def detector(self) -> Detector:
+        """Return the detector; raise a MissingDependencyError if OpenCV is missing."""
         cv2 = optional("cv2", "Finding people needs OpenCV", "motes[opencv]")
-        self._find = cv2.HOGDescriptor()
-        self._find.setSVMDetector(np.array(cv2.HOGDescriptor.getDefaultPeopleDetector()))
+        find = cv2.HOGDescriptor()
+        find.setSVMDetector(np.array(cv2.HOGDescriptor.getDefaultPeopleDetector()))
 
-    def __call__(self, frame: Frame) -> list[Detection]:
-        """Return the people in a frame."""
-        if frame.width < 64 or frame.height < 128:  # its window does not fit in
-            return []
-        boxes, scores = self._find.detectMultiScale(
-            np.ascontiguousarray(frame.pixels),
-            hitThreshold=LEAST_PERSON,
-            winStride=(8, 8),  # the smallest that OpenCV takes
-            scale=1.05,
-        )
-        # The window has a margin around the person.
-        return [
-            Detection(Box(x + 0.15 * w, y + 0.07 * h, 0.7 * w, 0.86 * h), score)
-            for (x, y, w, h), score in zip(
-                np.reshape(boxes, (-1, 4)).tolist(), np.ravel(scores).tolist(), strict=True
+        def people(frame: Frame) -> list[Detection]:
+            if frame.width < 64 or frame.height < 128:  # its window does not fit in
+                return []
+            boxes, scores = find.detectMultiScale(
+                np.ascontiguousarray(frame.pixels),
+                hitThreshold=LEAST_PERSON,
+                winStride=(8, 8),  # the smallest that OpenCV takes
+                scale=1.05,
             )
-        ]
+            # The window has a margin around the person.
+            return [
+                Detection(Box(x + 0.15 * w, y + 0.07 * h, 0.7 * w, 0.86 * h), score)
+                for (x, y, w, h), score in zip(
+                    np.reshape(boxes, (-1, 4)).tolist(), np.ravel(scores).tolist(), strict=True
+                )
+            ]
+
+        return people
 
 
 class RecordedConfig(DetectorConfig, Config, frozen=True, tag="recorded"):
