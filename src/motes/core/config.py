@@ -168,6 +168,13 @@ def from_toml(text: str, name: str) -> dict[str, Any]:
         raise ConfigError(f"{name} is nested too deeply.") from None
 
 
+def checked_seed(seed: object) -> int:
+    """Return a seed as an int; raise a ConfigError if it is not from 0 to 2**64 - 1."""
+    if not isinstance(seed, numbers.Integral) or not 0 <= int(seed) < 1 << 64:
+        raise ConfigError(f"A seed is a whole number from 0 to 2**64 - 1; got {seed!r}.")
+    return int(seed)
+
+
 def _without_none(value: Any) -> Any:
     """Return plain values without the keys whose value is None, at any depth."""
     if isinstance(value, dict):

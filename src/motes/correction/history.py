@@ -11,11 +11,10 @@ import msgspec
 from msgspec.structs import replace
 
 from motes import __version__
-from motes.core.config import Config, from_dict
+from motes.core.config import Config, checked_seed, from_dict
 from motes.core.errors import ConfigError, InputError
 from motes.core.files import check_writable, is_special, write_whole, writing
 from motes.core.geometry import Ellipse
-from motes.core.seed import checked_seed
 from motes.correction.join import Stretch
 from motes.correction.keyframes import keyframes
 from motes.mot.analytics.real_units import RealUnits

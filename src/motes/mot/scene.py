@@ -17,6 +17,7 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from motes.core.config import checked_seed
 from motes.core.detection import (
     Detection,
     Detector,
@@ -30,7 +31,6 @@ from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame, as_frame
 from motes.core.geometry import FARTHEST, Box, as_samples, of_corners
 from motes.core.log import LOG
-from motes.core.seed import checked_seed
 from motes.core.track import Status, Track
 from motes.core.types import Floats
 from motes.mot.detection.moving_camera import MovingCamera, PannedDetector, before_camera

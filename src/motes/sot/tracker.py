@@ -13,6 +13,7 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from motes.core.config import checked_seed
 from motes.core.decode import MisfitError, decode
 from motes.core.detection import Detector, as_detections, best, check_callable
 from motes.core.errors import ConfigError, FormatError, SourceError
@@ -21,7 +22,6 @@ from motes.core.frame import Frame, as_frame
 from motes.core.geometry import as_samples, check_angle, region_within
 from motes.core.log import LOG
 from motes.core.saved_state import UNREADABLE, sealed, unpack, unsealed
-from motes.core.seed import checked_seed
 from motes.core.track import Status, Track
 from motes.core.types import Floats, Numbers
 from motes.sot.algorithm import Algorithm, StepInfo
