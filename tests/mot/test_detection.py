@@ -14,7 +14,9 @@ from motes.core.callables import import_callable
 from motes.core.detection import Detection, best
 from motes.core.errors import ConfigError, MissingDependencyError
 from motes.core.geometry import Box, iou
+from motes.mot.detection.background import BackgroundConfig, BackgroundDetector
 from motes.mot.detection.custom import CustomDetector
+from motes.mot.detection.lookalike import LookalikeDetector
 from motes.mot.detection.pretrained import FacesConfig
 from motes.mot.scene_config import named_detector
 from oracles import sequence
@@ -224,6 +226,21 @@ def test_what_is_no_detector_is_refused(name: str, words: str, module: str) -> N
     with pytest.raises(ConfigError, match=f"The detector {name}") as caught:
         named_detector(name)
     assert words in str(caught.value)
+
+
+def test_a_detector_takes_the_keys_of_its_settings() -> None:
+    moving = named_detector("background", {"least": 0.1})
+    assert isinstance(moving, BackgroundDetector)
+    assert moving.config == BackgroundConfig(least=0.1)
+    assert isinstance(named_detector("like", {"box": (1, 2, 30, 40)}), LookalikeDetector)
+    for name, settings, words in (
+        ("background", {"lest": 1}, "did you mean 'least'"),
+        ("like", {}, "A detector is background, "),
+        ("like", {"distance": 0.1}, "box"),
+        ("lik", {"box": (1, 2, 30, 40)}, "A detector is background, "),
+    ):
+        with pytest.raises(ConfigError, match=words):
+            named_detector(name, settings)
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, iou
 from motes.mot.detection.lookalike import LIMIT, LookalikeConfig, LookalikeDetector
-from motes.mot.scene_config import lookalike_detector
+from motes.mot.scene_config import named_detector
 from motes_lab.papers.zhao_pei_team import Team, team as follow_team
 
 RED, BLUE, WHITE, LAWN = (200, 30, 30), (40, 50, 160), (235, 235, 235), (60, 120, 40)
@@ -65,7 +65,7 @@ def test_of_what_another_detector_finds_the_alike_are_kept(tmp_path: Path) -> No
     lines = [f"1,-1,{x + 1},{y + 1},14,30,1" for x, y in [*TEAM[:3], *OTHERS]]
     (tmp_path / "det.txt").write_text("\n".join(lines))
     like = LookalikeConfig((*TEAM[0], *SIZE))
-    found = lookalike_detector(like, str(tmp_path / "det.txt"))(frame)
+    found = LookalikeDetector(like, named_detector(str(tmp_path / "det.txt")))(frame)
     assert len(found) == 3
     for x, y in TEAM[:3]:
         assert max(float(iou((x, y, *SIZE), each.box)) for each in found) > 0.5

@@ -161,13 +161,14 @@ def _checked_names(source: str, outputs: WatchOutputs) -> tuple[str | None, list
 
 def _detector(objects: ObjectOptions, config: WatchConfig, end: int | None) -> Detector:
     """Return the detector for the frames before `end`."""
-    from motes.mot.detection.lookalike import LookalikeConfig
+    from motes.mot.detection.lookalike import LookalikeConfig, LookalikeDetector
     from motes.mot.detection.pretrained import RecordedConfig, RecordedDetections
-    from motes.mot.scene_config import lookalike_detector
+    from motes.mot.scene_config import named_detector
 
     if objects.like is not None and objects.detector is not None:
         assert isinstance(config.detector, LookalikeConfig)
-        detector: Detector = lookalike_detector(config.detector, objects.detector)
+        candidates = named_detector(objects.detector)
+        detector: Detector = LookalikeDetector(config.detector, candidates)
     elif isinstance(config.detector, RecordedConfig):
         detector = RecordedDetections(config.detector.file, end)
     else:

@@ -15,7 +15,7 @@ from motes.core.registry import Registry
 from motes.mot.association import Association
 from motes.mot.detection.background import BackgroundConfig
 from motes.mot.detection.custom import CustomConfig
-from motes.mot.detection.lookalike import LookalikeConfig, LookalikeDetector
+from motes.mot.detection.lookalike import LookalikeConfig
 from motes.mot.detection.moving_camera import Camera
 from motes.mot.detection.onnx_detector import OnnxConfig, onnx_values
 from motes.mot.detection.pretrained import FacesConfig, PeopleConfig, RecordedConfig
@@ -237,11 +237,3 @@ def named_detector(name: str | None = None, settings: Mapping[str, object] = {})
     values = {"type": name} if settings and name in DETECTORS else detector_values(name)
     config: DetectorConfig = from_dict({**values, **settings}, DetectorConfig)
     return config.detector()
-
-
-def lookalike_detector(config: LookalikeConfig, detector: str | None) -> LookalikeDetector:
-    """Return the detector of what looks like a target, of what moves or what a detector finds.
-
-    Raises as `named_detector` does.
-    """
-    return LookalikeDetector(config, None if detector is None else named_detector(detector))
