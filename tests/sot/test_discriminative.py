@@ -259,6 +259,19 @@ def estimate(place: Ellipse, evidence: float) -> Any:
     return SimpleNamespace(pose=place, evidence=evidence, sights={})
 
 
+def compared(
+    state: Any, here: Any, there: Any, transition: Transition | None = None, given: Any = None
+) -> Found:
+    """Return what becomes of a place that is followed and of another one, which is looked at."""
+    config, frame = (given or (Discriminative(), FRAME))[:2]
+    places = [] if state.rival.alive else [there.pose]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(placing, "localize", lambda *_: there)
+        return placing._compare(
+            config, np.random.default_rng(0), state, frame, here, np.zeros(2), places, transition
+        )
+
+
 @pytest.mark.parametrize(
     ("here", "there", "transition", "wins"),
     [
@@ -275,13 +288,9 @@ def test_a_rival_wins_only_where_the_target_is_seen_no_more(
     wins: bool,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(placing, "localize", lambda *_: estimate(THERE, there))
     monkeypatch.setattr(Redetection, "log_odds", lambda *_: 0.0)
-    state: Any = SimpleNamespace(rival=Rival(HERE), appearance=None)
-    found = placing._compare(
-        Discriminative(), np.random.default_rng(0), state, FRAME, estimate(HERE, here),
-        np.zeros(2), [THERE], transition,
-    )  # fmt: skip
+    state = SimpleNamespace(rival=Rival(HERE), appearance=None)
+    found = compared(state, estimate(HERE, here), estimate(THERE, there), transition)
     assert (found.look.pose == THERE) is wins
     assert found.rival.alive is not wins
 
@@ -290,27 +299,17 @@ def test_a_rival_wins_only_where_the_target_is_seen_no_more(
     ("sigma", "lead"),
     [(2.0, -DECIDED), (40.0, -0.5), (400.0, -0.005)],  # it is the likelier the more erratic
 )
-def test_a_rival_begins_with_the_odds_of_a_leap(
-    sigma: float, lead: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(placing, "localize", lambda *_: estimate(THERE, 1.5))
-    state: Any = SimpleNamespace(rival=Rival(HERE))
-    found = placing._compare(
-        Discriminative(), np.random.default_rng(0), state, FRAME, estimate(HERE, 1.0),
-        np.zeros(2), [THERE], Transition(50.0, 50.0, sigma),
-    )  # fmt: skip
+def test_a_rival_begins_with_the_odds_of_a_leap(sigma: float, lead: float) -> None:
+    state, leap = SimpleNamespace(rival=Rival(HERE)), Transition(50.0, 50.0, sigma)
+    found = compared(state, estimate(HERE, 1.0), estimate(THERE, 1.5), leap)
     assert found.rival.lead == pytest.approx(lead + 0.5)
 
 
-def test_a_rival_with_clearly_less_evidence_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_rival_with_clearly_less_evidence_is_given_up() -> None:
     """Else nothing would ever be learned again beside a neighbor who stays."""
     for evidence, alive in ((0.1, True), (-0.1, False)):
-        monkeypatch.setattr(placing, "localize", lambda *_, e=evidence: estimate(THERE, e))
-        state: Any = SimpleNamespace(rival=Rival(THERE, 0.0, alive=True))
-        found = placing._compare(
-            Discriminative(), np.random.default_rng(0), state, FRAME, estimate(HERE, 1.0),
-            np.zeros(2), [], None,
-        )  # fmt: skip
+        state = SimpleNamespace(rival=Rival(THERE, 0.0, alive=True))
+        found = compared(state, estimate(HERE, 1.0), estimate(THERE, evidence))
         assert found.rival.alive is alive
 
 
@@ -422,16 +421,11 @@ def test_the_search_takes_its_best_look(cars: Any, monkeypatch: pytest.MonkeyPat
     ],
 )
 def test_a_rival_has_to_look_like_the_first_region(
-    here: Ellipse, there: Ellipse, evidence: float, wins: bool, cars: Any,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:  # fmt: skip
-    config, frame, state = cars
+    here: Ellipse, there: Ellipse, evidence: float, wins: bool, cars: Any
+) -> None:
+    state = cars[2]
     state.rival = Rival(here)
-    monkeypatch.setattr(placing, "localize", lambda *_: estimate(there, evidence))
-    found = placing._compare(
-        config, np.random.default_rng(0), state, frame, estimate(here, 0.0),
-        np.zeros(2), [there], None,
-    )  # fmt: skip
+    found = compared(state, estimate(here, 0.0), estimate(there, evidence), given=cars)
     assert (found.look.pose == there) is wins
 
 

@@ -93,16 +93,6 @@ def test_mean_and_covariance(model: Linear, frames: float) -> None:
 
 
 @model_
-@pytest.mark.parametrize("frames", [0.0, 0.5, 1.0, 4.0])
-def test_without_noise_only_a_is_left(model: Linear, frames: float) -> None:
-    none = Noise(position=0, size=0, size_return=0, aspect=0, angle=0)
-    silent = msgspec.structs.replace(model, noise=none)
-    states = moving(model, 3)
-    out = silent.propagate(np.random.default_rng(0), states, frames * FRAME_INTERVAL, FIRST)
-    np.testing.assert_allclose(out, states @ matrices(model, frames)[0].T, atol=1e-9)
-
-
-@model_
 @pytest.mark.parametrize("frames", [0.5, 1.0, 4.0])
 def test_both_half_axes_grow_and_return_together(model: Linear, frames: float) -> None:
     """In logarithms: a share of the way back to the first size, and one noise for both."""

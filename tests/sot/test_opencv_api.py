@@ -84,7 +84,7 @@ def test_found_and_confident_is_what_is_tracked() -> None:
     assert answers[-1] is False
 
 
-TURNING = synthetic.turning((120, 90), frames=4)
+TURNING = synthetic.turning((120, 90), frames=3)
 START = Ellipse(*TURNING.targets[0].states[0])
 
 
