@@ -49,24 +49,11 @@ class Edges(NamedTuple):
     bins: NDArray[np.uint8]
 
 
-def blocks(pixels: Pixels, step: int) -> tuple[int, int]:
-    """Return rows and columns of blocks."""
-    return -(-pixels.shape[0] // step), -(-pixels.shape[1] // step)
-
-
-def computed(
-    pixels: Pixels, filters: Filters, count: int = 36, part: tuple[int, int, int, int] | None = None
-) -> Edges:
-    """Return the kernel's plane over `part` (left, top, right, bottom), or over all blocks."""
-    rows, columns = blocks(pixels, filters.step)
-    left, top, right, bottom = part or (0, 0, columns, rows)
-    plane = Edges(
-        np.full((bottom - top, right - left), np.nan, np.float32),
-        np.full((bottom - top, right - left), 255, np.uint8),
-    )
-    kernels.structure_tensor.structure_tensor(
-        pixels, left * filters.step, top * filters.step, *filters, *plane, count
-    )
+def computed(pixels: Pixels, filters: Filters, count: int = 36) -> Edges:
+    """Return the kernel's plane over all blocks."""
+    size = tuple(-(-side // filters.step) for side in pixels.shape[:2])
+    plane = Edges(np.full(size, np.nan, np.float32), np.full(size, 255, np.uint8))
+    kernels.structure_tensor.structure_tensor(pixels, 0, 0, *filters, *plane, count)
     return plane
 
 
@@ -147,21 +134,6 @@ def test_structure_tensor(pixels: Pixels, scale: float, window: float, count: in
     """Equations 3 to 5 by dense convolution and the eigenvectors of each block's tensor."""
     filters = filters_of(scale, window)
     check_plane(computed(pixels, filters, count), tensors(pixels, filters), count)
-
-
-@given(pictures, scales, st.data())
-def test_a_part_of_a_plane_is_computed_as_in_the_whole(
-    pixels: Pixels, scale: float, data: st.DataObject
-) -> None:
-    """Bit for bit: what is kept of a frame must not depend on who asked first."""
-    filters = filters_of(scale, 1.0)
-    height, width = blocks(pixels, filters.step)
-    left, top = data.draw(st.integers(0, width - 1)), data.draw(st.integers(0, height - 1))
-    right, bottom = data.draw(st.integers(left + 1, width)), data.draw(st.integers(top + 1, height))
-    part = computed(pixels, filters, part=(left, top, right, bottom))
-    whole, where = computed(pixels, filters), (slice(top, bottom), slice(left, right))
-    np.testing.assert_array_equal(part.certainty, whole.certainty[where])
-    np.testing.assert_array_equal(part.bins, whole.bins[where])
 
 
 def turn(y: Any, x: Any) -> Floats:
