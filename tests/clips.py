@@ -109,12 +109,6 @@ def damage(path: Path, flips: int = 200, seed: int = 0) -> Path:
     return _copy(path, bytes(data))
 
 
-def turn(path: Path, degrees: int) -> Path:
-    """Return a copy of an MP4 with a mark to show it turned clockwise by so many degrees."""
-    cos, sin = {0: (1, 0), 90: (0, 1), 180: (-1, 0), 270: (0, -1)}[degrees]
-    return mark(path, cos, sin, -sin, cos)
-
-
 def mark(path: Path, a: int, b: int, c: int, d: int) -> Path:
     """Return a copy of an MP4 with a mark to show (x, y) at (a x + c y, b x + d y)."""
     data = bytearray(path.read_bytes())

@@ -110,15 +110,6 @@ def gray() -> NDArray[np.uint8]:
     return np.full((60, 80, 3), 128, np.uint8)
 
 
-def disk(x: float, y: float) -> NDArray[np.uint8]:
-    """Return a red disk with a blue ring, 16 pixels in radius in all, on gray."""
-    pixels = np.full((120, 160, 3), 128, np.uint8)
-    rows, columns = np.mgrid[:120, :160]
-    radius = np.hypot(columns - x, rows - y)
-    pixels[radius <= 16], pixels[radius <= 9] = (20, 40, 200), (220, 30, 30)
-    return pixels
-
-
 def drawn(recorder: Recorder) -> list[str]:
     """Return the names of the figures; to make pictures of them takes most of the time."""
     figures = figures_of(recorder._config, recorder.series, 100, recorder._kept)

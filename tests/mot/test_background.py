@@ -119,17 +119,6 @@ def found(mask: NDArray[np.uint8], least: int = 20) -> list[Box]:
     return blobs(mask, least / mask.size)
 
 
-def patch(config: BackgroundConfig, gain: float, frames: int = 1) -> int:
-    """Return how many are found in a patch of another brightness, in its last frame."""
-    rng, detector = np.random.default_rng(0), BackgroundDetector(config)
-    for index in range(40):
-        pixels = rng.integers(98, 103, (120, 160, 3)).astype(np.uint8)
-        if index >= 40 - frames:
-            pixels[40:70, 30:50] = np.rint(gain * pixels[40:70, 30:50])
-        found = detector(Frame(index, index / 25, pixels))
-    return len(found)
-
-
 @pytest.mark.parametrize(
     ("settings", "said"),
     [

@@ -84,7 +84,7 @@ def test_parts_of_one_path_cross_once(
     begin: tuple[float, float], speed: float, crosses: list[tuple[int, int]]
 ) -> None:
     """One is lost before the line; another begins where the first one's way leads, or elsewhere."""
-    counting = EventCounter(Regions((Line((50, 0, 50, 99)),)))
+    counting = gate()
     x, y = begin
     events = told(counting, *(seen(i, (10 * i, 40)) for i in range(5)))
     events += told(counting, seen(5, (0, 0), Status.LOST))
@@ -119,7 +119,7 @@ def test_a_jump_takes_back_only_what_the_second_box_has_crossed(
 
 
 def test_a_path_that_another_has_continued_does_not_cross_again() -> None:
-    counting = EventCounter(Regions((Line((50, 0, 50, 99)),)))
+    counting = gate()
     tracks = [[seen(i, (10 * i, 40))] for i in range(5)]
     hidden = [seen(i, (0, 0), Status.OCCLUDED) for i in range(12)]
     tracks += [[hidden[i], seen(i, (10 * i, 40), identity=2)] for i in range(6, 9)]
@@ -144,20 +144,14 @@ def test_who_stays_is_told_once_for_each_visit() -> None:
 
 
 def test_who_is_hidden_while_it_stays_is_told_when_it_comes_up() -> None:
-    square = (60.0, 0.0, 90.0, 0.0, 90.0, 99.0, 60.0, 99.0)
-    counting = EventCounter(Regions(zone=(Zone(square, "desk", dwell=1),)))
-    events = told(
-        counting,
-        seen(0, (70, 40)),
-        seen(1, (70, 40)),
-        seen(5, (70, 40), Status.OCCLUDED),
-        seen(7, (70, 40)),
-    )
+    shown = [seen(i, (70, 40)) for i in (0, 1, 7)]
+    shown.insert(2, seen(5, (70, 40), Status.OCCLUDED))
+    events = told(desk(dwell=1), *shown)
     assert [(e.frame, e.seconds) for e in events if e.event == "stays"] == [(7, 1.75)]
 
 
 def test_what_is_hidden_crosses_when_it_comes_up() -> None:
-    counting = EventCounter(Regions((Line((50, 0, 50, 99)),)))
+    counting = gate()
     events = told(
         counting,
         *(seen(i, (26 + 2 * i, 40)) for i in range(3)),
@@ -382,8 +376,9 @@ def visits(
     return [(e.frame, e.event) for e in events if e.place]
 
 
-def desk(low: float = 60, high: float = 90) -> EventCounter:
-    return EventCounter(Regions(zone=(Zone((low, 0, high, 0, high, 99, low, 99), "desk"),)))
+def desk(low: float = 60, high: float = 90, dwell: float | None = None) -> EventCounter:
+    zone = Zone((low, 0, high, 0, high, 99, low, 99), "desk", dwell)
+    return EventCounter(Regions(zone=(zone,)))
 
 
 def test_a_visit_to_the_edge_alone_is_left_out_and_said() -> None:
@@ -410,8 +405,7 @@ SWAY = [100 + 3 * math.sin(i / 10) for i in range(400)]
 def test_the_edge_of_a_zone_has_a_margin_in_the_objects_own_size(
     feet: list[float], kinds: list[str], touched: int
 ) -> None:
-    counting = EventCounter(Regions(zone=(Zone((100, 0, 150, 0, 150, 99, 100, 99), "desk"),)))
-    tracks = [high(i, (x, 50)) for i, x in enumerate(feet)]
+    counting, tracks = desk(100, 150), [high(i, (x, 50)) for i, x in enumerate(feet)]
     events = told(counting, *tracks) + counting.finish()
     assert [e.event for e in events if e.event != "appears"] == kinds
     assert counting.left_out == ({("desk", EDGE): touched} if touched else {})
@@ -440,8 +434,7 @@ def test_the_edge_of_the_picture_is_no_edge_of_a_zone(
 @pytest.mark.parametrize("hidden", [True, False])
 def test_an_identity_that_changes_in_a_zone_is_one_visit(gap: int, hidden: bool) -> None:
     """The first one is hidden when the second begins, or gone."""
-    zone = Zone((100, 0, 300, 0, 300, 99, 100, 99), "desk", dwell=3)
-    counting, events = EventCounter(Regions(zone=(zone,))), list[Event]()
+    counting, events = desk(100, 300, dwell=3), list[Event]()
     for i in range(150):
         first, second = high(i, (80 + 2 * i, 50)), high(i, (80 + 2 * i, 50), 2)
         lost = replace(first, status=Status.LOST)

@@ -97,23 +97,28 @@ def test_who_is_hidden_coasts_behind_the_other_and_is_found_again() -> None:
     assert stage.scene.created == 2
 
 
+def stands(places: Sequence[NDArray[np.uint8]]) -> Iterator[Frame]:
+    """Yield a film of places, in whose first 15 frames somebody stands."""
+    for index, place in enumerate(places):
+        pixels = place.copy()
+        if index < 15:
+            pixels[30:60, 20:36] = COLORS[0]
+        yield Frame(index, index / 25, pixels)
+
+
+def detected(scene: Scene, film: Iterator[Frame]) -> list[int]:
+    """Return how many are detected in each frame."""
+    return [len([each for each in scene.update(frame) if each.detected]) for frame in film]
+
+
 @pytest.mark.parametrize("seen_before", [False, True])
 def test_who_stands_there_at_first_is_found_if_the_begin_was_seen_before(seen_before: bool) -> None:
     """A background is learned from frames in which he has gone; another detector reads none."""
-
-    def film() -> Iterator[Frame]:
-        for index in range(40):
-            pixels = GROUND.copy()
-            if index < 15:
-                pixels[30:60, 20:36] = COLORS[0]
-            yield Frame(index, index / 25, pixels)
-
     scene = Scene(BackgroundDetector())
     if seen_before:
-        scene.prepare(frame.pixels for frame in film())
-    found = [len([each for each in scene.update(frame) if each.detected]) for frame in film()]
-    assert found[3:15] == [int(seen_before)] * 12
-    unread = film()
+        scene.prepare(frame.pixels for frame in stands([GROUND] * 40))
+    assert detected(scene, stands([GROUND] * 40))[3:15] == [int(seen_before)] * 12
+    unread = stands([GROUND])
     Scene(lambda _: []).prepare(unread)
     assert next(unread).index == 0
 
@@ -125,17 +130,9 @@ def patchwork(seed: int) -> NDArray[np.uint8]:
 
 
 def test_the_background_is_that_of_before_a_cut() -> None:
-    def film() -> Iterator[Frame]:
-        for index in range(120):
-            pixels = patchwork(index >= 40)
-            if index < 15:
-                pixels[30:60, 20:36] = COLORS[0]
-            yield Frame(index, index / 25, pixels)
-
-    scene = Scene(BackgroundDetector())
-    scene.prepare(film())
-    found = [len([each for each in scene.update(frame) if each.detected]) for frame in film()]
-    assert found[3:15] == [1] * 12
+    scene, places = Scene(BackgroundDetector()), [patchwork(0)] * 40 + [patchwork(1)] * 80
+    scene.prepare(stands(places))
+    assert detected(scene, stands(places))[3:15] == [1] * 12
 
 
 @pytest.mark.slow
