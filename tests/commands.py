@@ -38,10 +38,14 @@ class Tell:
         code, out, error = self._run(line)
         return code, out + error
 
-    def says(self, line: str, code: int, text: str, *, told: bool = True) -> str:
-        """Assert how a command ends, and whether it says a text; return all that it has said."""
+    def says(self, line: str, code: int, text: str, *, told: bool = True, lines: int = 0) -> str:
+        """Assert how a command ends, and whether it says a text; return all that it has said.
+
+        That is so many `lines`, if any are given.
+        """
         found, said = self(line)
         assert (found, text in said) == (code, told), said
+        assert lines in (0, len(said.splitlines())), said
         return said
 
 

@@ -49,10 +49,7 @@ def go(film: Path, here: Path, capfd: pytest.CaptureFixture[str]) -> Tell:
         ("check film.mkv rows.csv -o -", "-o does not take -; see motes check --help"),
         ("track film.mkv --start", "--start needs a value; see motes track --help"),
         ("track film.mkv --particles", "a key of the configuration; write --set particles="),
-        (
-            "refine film.mkv rows.csv --scale 85",
-            "There is no option --scale here; motes convert ROWS OTHER --scale … adds metres",
-        ),
+        ("refine film.mkv rows.csv --scale 85", "motes convert ROWS OTHER --scale … adds"),
         ("watch film.mkv --detector.history=2", "write --set detector.history=VALUE."),
         ("track film.mkv --set particles", "--set takes KEY=VALUE, as in motion.noise.size=0.1"),
         ("track film.mkv --set a.b=1 --set a=2", "--set gives a twice, or keys inside it too"),

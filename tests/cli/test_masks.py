@@ -110,5 +110,4 @@ def test_masks_are_made_of_a_document_and_of_ellipses(go: Tell) -> None:
 def test_errors_are_one_line(go: Tell, line: str, code: int, message: str) -> None:
     Path("full").mkdir()
     Path("full/a").touch()
-    found, said = go(f"{DRAW} {line}")
-    assert (found, message in said, said.count("\n")) == (code, True, 1), said
+    go.says(f"{DRAW} {line}", code, message, lines=1)

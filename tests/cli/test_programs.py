@@ -28,10 +28,7 @@ def install(monkeypatch: pytest.MonkeyPatch, **places: str) -> None:
 @pytest.mark.parametrize(
     ("line", "said"),
     [
-        (
-            "studio",
-            "motes studio needs motes-studio; install it with: pip install 'motes[studio]'.",
-        ),
+        ("studio", "motes-studio; install it with: pip install 'motes[studio]'."),
         ("batch films", "motes batch needs motes-fleet; install it with: pip install"),
         ("watch rig.toml", "A file of several cameras needs motes-fleet;"),
         ("watch a.mp4 --events mqtt://a/b", "--events ADDRESS needs motes-fleet;"),

@@ -77,9 +77,8 @@ def test_the_ground_and_the_lens_are_files(go: Tell) -> None:
     assert go(f"{TRACK} --ground ground.toml --lens lens.yml")[0] == 0
     assert np.isfinite(read_track("rows.csv")["x_m"]).any()
     Path("other.yml").write_text(lens_file(size=(640, 90)))
-    code, said = go("convert rows.csv metres.csv --scale 20 --lens other.yml")
-    assert code == 2
-    assert "The lens was calibrated at 640x90, and film has 120x90 pixels" in said
+    said = "The lens was calibrated at 640x90, and film has 120x90 pixels"
+    go.says("convert rows.csv metres.csv --scale 20 --lens other.yml", 2, said)
 
 
 def test_a_target_on_the_horizon_is_told_once(go: Tell) -> None:
@@ -106,8 +105,7 @@ def test_errors_are_one_line(go: Tell, line: str, code: int, message: str) -> No
     Path("g.toml").write_text("[[line]]\npoints = [0, 0, 9, 9]\n")
     Path("other.yml").write_text(lens_file(size=(640, 480)))
     Path("damaged.yml").write_text(lens_file(focal=1e-9, distortion=[-1e9, 0.0, 0.0, 0.0]))
-    found, said = go(f"{TRACK} {line}")
-    assert (found, message in said, said.count("\n")) == (code, True, 1), said
+    go.says(f"{TRACK} {line}", code, message, lines=1)
     assert not Path("rows.csv").exists()
 
 
