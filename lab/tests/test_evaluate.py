@@ -35,7 +35,7 @@ from motes_lab.adapters.registry import TrackerSpec, resolve, tracker_spec
 from motes_lab.adapters.sot import Answer, TrackerAdapter
 from motes_lab.datasets.sot import Sequence, load_dataset
 from motes_lab.inputs import lines
-from motes_lab.protocols.sot import Start, TrackerPass, starts
+from motes_lab.protocols.sot import TrackerPass, starts
 from motes_lab.protocols.trace import TrackerOutput, load_trace, save_trace
 from motes_lab.run_folder import Record, prepare, record
 from motes_lab.runner import plan, run, unfinished
@@ -48,11 +48,6 @@ def sequence(boxes: list[list[float]], name: str = "film", source: str | Path = 
 
 
 ABSENT = [np.nan] * 4
-
-
-def test_one_pass_starts_where_the_target_first_is() -> None:
-    film = sequence([ABSENT, [1, 2, 3, 4], [5, 6, 7, 8]])
-    assert starts("ope", film, 90, 90) == [Start("ope", "", 1, Box(1, 2, 3, 4))]
 
 
 class _Scripted(TrackerAdapter):

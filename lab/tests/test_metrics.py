@@ -119,13 +119,6 @@ def test_od_of_what_is_no_ellipse() -> None:
     assert metrics.overlap_distances(np.empty((0, 5)), np.empty((0, 5))).shape == (0,)
 
 
-def test_calibration_by_hand() -> None:
-    sure, right = np.array([0.05, 0.31, 0.39, 1.0]), np.array([False, True, False, True])
-    found = metrics.calibration_error(sure, right, np.ones(4))
-    assert found == pytest.approx((0.05 + 2 * 0.15 + 0) / 4)
-    assert math.isnan(metrics.calibration_error(np.zeros(0), np.zeros(0, bool), np.zeros(0)))
-
-
 @given(st.lists(st.tuples(shares, st.booleans(), st.floats(0.01, 9)), min_size=1, max_size=40))
 def test_calibration_bin_by_bin(rows: list[tuple[float, bool, float]]) -> None:
     error, total = 0.0, sum(weight for *_, weight in rows)
@@ -139,6 +132,7 @@ def test_calibration_bin_by_bin(rows: list[tuple[float, bool, float]]) -> None:
     found = metrics.calibration_error(confidence, correct, weights)
     assert found == pytest.approx(error, abs=1e-12)
     assert 0 <= found <= 1 + 1e-12
+    assert math.isnan(metrics.calibration_error(np.zeros(0), np.zeros(0, bool), np.zeros(0)))
 
 
 def test_difference_of_two_pairs() -> None:

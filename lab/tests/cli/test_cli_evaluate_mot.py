@@ -84,16 +84,8 @@ def test_other_detections_or_another_detector_are_not_resumed(whole: str, go: Go
     [
         ("data", 2, "There is no tracker; name some, such as --tracker trackers:sort"),
         ("data --tracker nummiaro", 2, "no tracker to run. tracker nummiaro: There is no tracker"),
-        (
-            "data --tracker crowds_of:Echo --protocol ope",
-            2,
-            "--protocol is for datasets with one object",
-        ),
-        (
-            "data --tracker crowds_of:Echo --annotation x",
-            2,
-            "--annotation is for datasets with one",
-        ),
+        ("data --tracker crowds_of:Echo --protocol ope", 2, "--protocol is for datasets with one"),
+        ("data --tracker crowds_of:Echo --annotation x", 2, "--annotation is for datasets"),
         ("data --tracker crowds_of:Echo --first-pixel 0", 2, "--first-pixel is for datasets with"),
         ("one --detector background", 2, "--detector is for datasets with many objects, but"),
         ("data --tracker crowds_of:Echo --detector no:x", 2, "The detector no:x: There is neither"),
