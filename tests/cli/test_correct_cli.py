@@ -552,7 +552,7 @@ def test_doubtful_frames(go: Tell) -> None:
         ("track FILM --at 99=BOX", 2, "keyframe 99 is outside of"),
         ("track FILM --at 3=BOX --at 3=1,2,30,40", 2, "frame 3 contradict each other"),
         ("track FILM --absent 3", 2, "The target is missing"),
-        ("track FILM --at 3=BOX --stride 2 --resume --figures f", 2, "are not for keyframes;"),
+        ("track FILM --at 3=BOX --stride 2 --resume --figures f", 2, "--stride, --resume and --f"),
         ("refine FILM rows.csv --at 3=BOX --seed 1", 2, "--seed is already in rows.csv.run.json"),
         ("refine FILM alone.csv --at 3=BOX", 2, "alone.csv has metres, but nothing beside"),
         ("refine FILM plain.csv --at 3=BOX --fps 9", 2, "--fps is already in plain.csv"),
@@ -635,7 +635,8 @@ def test_a_film_of_another_size_is_not_said_to_have_as_many_frames_as_the_rows(
 ) -> None:
     write_film("small.mkv", still((64, 48), target=(30, 20), frames=5))
     assert go(f"track small.mkv {mark} --end 4 -o rows.csv {OPTIONS}")[0] == 0
-    go.says("check FILM rows.csv", 3, "film.mkv has 96x80, but the rows are of small.mkv, with")
+    said = "film.mkv has 96x80, but the rows are of small.mkv, with 64x48; give that film"
+    go.says("check FILM rows.csv", 3, said)
 
 
 def test_a_tracker_that_is_gone(go: Tell) -> None:

@@ -216,7 +216,7 @@ def test_frames_after_the_last_object_stay_in_what_is_made_of_rows(go: Go) -> No
         ("FILM --detector det.txt --least 0.5 -o r.csv", 4, "all scores are below 0.5; the highe"),
         ("FILM --detector own:find --classes 3 -o r.csv", 4, "objects of class 2, none of class 3"),
         ("FILM --detector own:shares -o r.csv", 4, "no detection has its center in the picture"),
-        ("FILM --classes walker", 2, "This detector knows no classes; give a trained one"),
+        ("FILM --classes walker", 2, "--classes: This detector knows no classes; give"),
         ("FILM --classes ,", 2, "--classes names no class; give some, such as person,car."),
         ("FILM --least 5", 2, "--least is 5; this detector has scores from 0 to 1."),
         ("FILM --reconnect 5", 2, "--reconnect is for live sources, which"),

@@ -44,7 +44,8 @@ def contents(folder: str) -> dict[Path, bytes]:
 
 
 def test_formats_are_recognized_and_losses_are_named(go: Tell) -> None:
-    said = go.says("convert one.csv groundtruth_rect.txt", 0, "OTB) with the 40 frames in one.csv.")
+    said = "wrote groundtruth_rect.txt (truth of OTB) with the 40 frames in one.csv."
+    said = go.says("convert one.csv groundtruth_rect.txt", 0, said)
     assert "otb does not hold angles, confidences, times; one.csv has them." in said
     Path("first.csv").write_text("".join(Path("one.csv").read_text().splitlines(keepends=True)[:2]))
     assert "with the 1 frame in first.csv." in go("convert first.csv first.txt")[1]
@@ -393,7 +394,8 @@ def test_what_is_remembered_beside_other_rows_is_not_replaced_unasked(go: Tell) 
     film(range(3))
     assert go(f"{TRACK} --init 20,10,16,20 -o a.csv")[0] == 0
     Path("b.jsonl.run.json").write_text("corrections of other rows, which were moved away")
-    go.says("convert a.csv b.jsonl", 5, "b.jsonl.run.json exists; choose another name, or", lines=1)
+    said = "b.jsonl.run.json exists; choose another name, or allow it"
+    go.says("convert a.csv b.jsonl", 5, said, lines=1)
     assert not Path("b.jsonl").exists()
     assert go("convert a.csv b.txt")[0] == 0  # which remembers nothing
     assert go("convert a.csv b.jsonl --overwrite")[0] == 0
@@ -543,7 +545,8 @@ def test_names_of_images_that_are_made_up_are_said(go: Tell, target: str) -> Non
     """Rows of a folder of images do not hold their names."""
     film(["b7", "b8", "b9"])
     assert go(f"{TRACK} --init 5,5,20,20 --start 1 -o own.csv")[0] == 0
-    go.says(f"convert own.csv {target}", 0, f"are called frame_000001.png and so on in {target}")
+    said = f"are called frame_000001.png and so on in {target}; give --video FOLDER"
+    go.says(f"convert own.csv {target}", 0, said)
     go.says(f"convert own.csv {target} --video film --overwrite", 0, "frame_000001", told=False)
     assert "frame_000" not in go("convert own.csv own.xml")[1]
 
@@ -580,7 +583,8 @@ def test_labels_of_other_images_are_refused(go: Tell) -> None:
     Image.open("twins/3.png").save("twins/3.jpg")
     Path("labels").mkdir()
     Path("labels/3.txt").write_text("0 0.5 0.5 0.1 0.1\n")
-    go.says("convert labels a.csv --video film --fps 25", 3, "3.txt: the film has no", lines=1)
+    said = "labels: 3.txt: the film has no image of this name; give the film that it"
+    go.says("convert labels a.csv --video film --fps 25", 3, said, lines=1)
     code, said = go("convert labels a.csv --video twins --fps 25")
     assert (code, said.count("\n")) == (3, 2), said
     assert "twins has several images 3, so that a text is of none of them" in said
@@ -651,7 +655,8 @@ def test_a_frame_of_objects_alone_that_do_not_count_is_no_empty_example(go: Tell
     """Flag 0 marks them in a truth; in frame 2 one stands beside another that counts."""
     rows = "1,1,9,9,20,40,1,1,1", "2,1,9,9,20,40,0,1,1", "3,1,9,9,20,40,1,1,1", "3,2,99,9,9,9,0,8,1"
     Path("gt.txt").write_text("\n".join(rows) + "\n")
-    go.says("convert gt.txt a.yolo --size 320x240", 0, "with 2 of the 3 frames in gt.txt; in the")
+    said = "with 2 of the 3 frames in gt.txt; in the others a target is lost or"
+    go.says("convert gt.txt a.yolo --size 320x240", 0, said)
     texts = {path.stem: path.read_text() for path in Path("a.yolo/labels").glob("*.txt")}
     lines = {stem: len(text.splitlines()) for stem, text in texts.items()}
     assert lines == {"frame_000000": 1, "frame_000002": 1}
