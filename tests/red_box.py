@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from motes import VideoWriter
+from motes import Box, Detection, Frame, VideoWriter
 
 
 def moving(index: int) -> NDArray[np.uint8]:
@@ -25,3 +25,10 @@ def walk(path: Path, frames: int, enters: int) -> None:
             x = 4 * (index - enters) - 16
             pixels[40:70, max(x, 0) : max(x + 16, 0)] = (230, 40, 40)
             writer.write(pixels)
+
+
+def red(frame: Frame) -> list[Detection]:
+    """Find the box."""
+    rows, columns = np.nonzero(frame.pixels[:, :, 0] > 160)
+    left, top = int(columns.min()), int(rows.min())
+    return [Detection(Box(left, top, int(columns.max()) - left + 1, int(rows.max()) - top + 1))]
