@@ -6,7 +6,7 @@ import json
 import os
 import shutil
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
@@ -470,8 +470,8 @@ def test_a_target_that_leaves_has_its_center_outside(go: Tell) -> None:
     go.says("check FILM left.csv", 3, "left.csv has the target at 100.5,32.5 in frame 1, outside")
 
 
-def _text(mark: object) -> str:
-    return "absent" if mark is None else ",".join(f"{value:g}" for value in mark.box)  # type: ignore[attr-defined]
+def _text(mark: Sequence[float] | None) -> str:
+    return "absent" if mark is None else ",".join(f"{value:g}" for value in mark)
 
 
 @pytest.mark.slow
@@ -718,3 +718,17 @@ def test_rows_that_end_before_their_film_are_corrected_twice(go: Tell) -> None:
     for frame in (3, 5):
         assert go(f"refine FILM rows.csv --at {frame}=absent")[0] == 0
     assert [read_csv("rows.csv")[frame]["status"] for frame in (3, 5)] == ["absent", "absent"]
+
+
+def test_boxes_over_rows_with_angles_are_not_taken_in_silence(go: Tell) -> None:
+    """The first row is a box's, for all that is known; the others have turned."""
+    assert go(f"track FILM --init BOX -o rows.csv {OPTIONS}")[0] == 0
+    rows = Path("rows.csv").read_text().splitlines()
+    names = rows[0].split(",")
+    turned = rows[10].split(",")
+    turned[names.index("theta")] = "0.50000"
+    rows[10] = ",".join(turned)
+    Path("rows.csv").write_text("\n".join(rows) + "\n")
+    go.says("refine FILM rows.csv -o ellipse.csv --at 18=45,44,15,20,0.2", 0, "24 rows of 24")
+    go.says("refine FILM ellipse.csv --at 20=31,25,30,40", 2, "by a box, which tells no angle")
+    go.says("refine FILM rows.csv --at 18=31,25,30,40", 0, "These rows have angles, and a box")

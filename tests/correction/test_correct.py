@@ -16,7 +16,7 @@ from motes.core.geometry import Ellipse, iou
 from motes.correction import Course, Stretch, passes_over, ranked
 from motes.correction.coordinates import overlap_probability, variances_told
 from motes.correction.keyframes import keyframes_in
-from motes.synthetic.clips import Clip, occluded
+from motes.synthetic.clips import Clip, occluded, turning
 
 FRAMES = 72
 
@@ -67,6 +67,27 @@ class Frames:
             if i == self._interrupted:
                 raise KeyboardInterrupt
             yield self._clip[i][0]
+
+
+@pytest.mark.parametrize("config", ["default", "maggio"])
+def test_an_ellipse_without_a_turn_is_no_box(tmp_path: Path, config: str) -> None:
+    clip = turning((320, 240), frames=60)
+    write_film(tmp_path / "film.mkv", clip)
+    truth = [clip[frame][1][0].ellipse for frame in range(60)]
+    assert truth[0].theta == 0
+    found = motes.correct(tmp_path / "film.mkv", {0: truth[0]}, config)
+    turns = [a.ellipse.theta - b.theta for a, b in zip(found, truth, strict=True)]
+    assert np.median([abs(math.remainder(turn, math.pi)) for turn in turns]) < math.radians(3)
+    boxes = motes.correct(tmp_path / "film.mkv", {0: truth[0].box}, config)
+    assert not any(track.ellipse.theta for track in boxes)
+
+
+def test_boxes_and_ellipses_are_not_mixed(
+    film: Path, clip: Clip, marks: dict[int, motes.Box | None]
+) -> None:
+    ellipse = Ellipse.from_box(box(clip, 20))
+    with pytest.raises(ConfigError, match="Frame 20 is marked by an ellipse, and frame 71 by a"):
+        motes.correct(film, {**marks, 20: ellipse})
 
 
 def test_frames_may_come_backward(clip: Clip) -> None:

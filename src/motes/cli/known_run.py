@@ -23,12 +23,17 @@ from motes.cli.option_groups import (
 )
 from motes.cli.streams import log
 from motes.core.errors import ConfigError
-from motes.correction.history import History
+from motes.correction.history import History, Marks
 from motes.correction.rows import KnownRows
 from motes.mot.analytics.real_units import RealUnits
 from motes.rows.schema import text_name
 from motes.sot import presets
 from motes.video.film import Film
+
+UPRIGHT = (
+    "These rows have angles, and a box tells none: what is made anew are upright boxes. To keep "
+    "angles, mark ellipses instead: --at FRAME=x,y,a,b,theta."
+)
 
 
 @options(CONFIGURATION)
@@ -96,14 +101,15 @@ def film_of_rows(source: str, rows: Path, fps: float | None, known: History | No
 
 
 def corrected_run(
-    source: str, rows: Path, options: TrackerOptions, identity: int | None
+    source: str, rows: Path, options: TrackerOptions, identity: int | None, new: Marks = ()
 ) -> tuple[KnownRows, Film, History]:
     """Return the rows of one target, their film, and their history with its keyframes.
 
     Of several targets, that with the identity is taken. Rows of a plain `motes track` get the first
-    place of the target as their keyframe, and may get another tracker. Raises a ConfigError for an
-    unknown option, one that is remembered already, or rows without a target; and an InputError if
-    the rows lack this target, or have several and none is chosen, or it is another film.
+    place of the target as their keyframe, an ellipse if it is turned or `new` marks are ellipses,
+    and may get another tracker. Raises a ConfigError for an unknown option, one that is remembered
+    already, or rows without a target; and an InputError if the rows lack this target, or have
+    several and none is chosen, or it is another film.
     """
     check_order(source, rows)
     whole = History.beside(rows)
@@ -132,7 +138,10 @@ def corrected_run(
         seed = options.seed or 0
     part = film.part(table.frames[0], table.frames[-1] + 1)
     first = table.first_tracked
-    mark = first.ellipse if first.ellipse.theta else first.box
+    ellipses = any(region is not None and len(region) == 5 for _, region in new)
+    mark = first.ellipse if first.ellipse.theta or ellipses else first.box
+    if new and len(mark) == 4 and any(each.placed and each.ellipse.theta for each in table.tracks):
+        log(UPRIGHT)
     return table, part, History.begin(part, tracker, seed, [(first.frame, mark)], plane, preset)
 
 

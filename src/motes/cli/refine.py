@@ -59,7 +59,7 @@ def refine(
         check_writable(output, overwrite)
         check_writable(History.path(output), overwrite)
     new = keys.marks(source)
-    table, film, history = corrected_run(source, rows, tracker, identity)
+    table, film, history = corrected_run(source, rows, tracker, identity, new)
     if not new and not history.unfinished:
         raise ConfigError(
             "There is nothing to correct; give --at FRAME=x,y,width,height or --absent."

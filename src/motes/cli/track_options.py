@@ -113,7 +113,7 @@ class KeyframeOptions:
         Raises a ConfigError if an option has another form; and a FormatError if the file cannot be
         read, or has keyframes of other films only.
         """
-        from motes.core.geometry import check_angle
+        from motes.core.geometry import as_ellipse, check_angle
         from motes.correction.keyframes import ABSENT, keyframes_of, marks_of
 
         found: Marks = []
@@ -127,7 +127,7 @@ class KeyframeOptions:
             marked = marks_of(frame, region)
             if marked[0][1] is not None:  # what is typed has not turned on and on
                 with error_context(f"--at {text}"):
-                    check_angle(marked[0][1][4])
+                    check_angle(as_ellipse(marked[0][1]).theta)
             found += marked
         for text in self.absent or []:
             found += marks_of(text, ABSENT)

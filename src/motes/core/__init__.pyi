@@ -15,7 +15,12 @@ from .files import (
     writing as writing,
 )
 from .frame import FRAME_INTERVAL as FRAME_INTERVAL
-from .geometry import as_ellipse as as_ellipse, iou as iou, region_within as region_within
+from .geometry import (
+    as_ellipse as as_ellipse,
+    as_region as as_region,
+    iou as iou,
+    region_within as region_within,
+)
 from .labels import check_label as check_label, guarded as guarded
 from .types import Floats as Floats, Singles as Singles
 from .worker import (

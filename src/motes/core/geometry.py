@@ -102,6 +102,10 @@ class Ellipse(NamedTuple):
         return np.stack([self.x + u * cos - v * sin, self.y + u * sin + v * cos], axis=1)
 
 
+class Angled(Ellipse):
+    """An ellipse that was given as one: its angle is asked for, also where that is 0."""
+
+
 def clipped(corners: Floats, width: float, height: float) -> Floats:
     """Return the part of a convex polygon between 0, 0 and width, height.
 
@@ -166,6 +170,12 @@ def as_ellipse(region: Numbers) -> Ellipse:
     return Ellipse.from_box(values) if len(values) == 4 else Ellipse(*values)
 
 
+def as_region(region: Numbers) -> Box | Ellipse:
+    """Return a region as what it was given as, a box or an ellipse; checked as by `as_ellipse`."""
+    ellipse = as_ellipse(region)
+    return Box(*map(float, region)) if len(region) == 4 else ellipse
+
+
 def check_angle(theta: float) -> None:
     """Raise a ConfigError if an angle with which an object begins is beyond a turn.
 
@@ -228,7 +238,7 @@ def region_within(region: Numbers, width: int, height: int) -> Ellipse:
         raise ConfigError(f"{named} is larger than {frame}; choose a smaller one{other}.")
     if min(ellipse.a, ellipse.b) < 1:
         raise ConfigError(f"{named} is less than two pixels wide or high; choose a larger one.")
-    return ellipse
+    return ellipse if len(region) == 4 else Angled(*ellipse)
 
 
 def of_corners(region: Numbers, width: int, height: int) -> Box | None:

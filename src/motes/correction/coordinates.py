@@ -28,10 +28,16 @@ class Coordinates(NamedTuple):
     """(n,), an angle near that of the region in each frame; None for boxes."""
 
     @classmethod
-    def of(cls, keys: Sequence[Ellipse], ellipses: Floats) -> Coordinates:
-        """Return the coordinates for keyframes, and for regions (n, 5) in their order."""
+    def of(
+        cls, keys: Sequence[Ellipse], ellipses: Floats, boxes: bool | None = None
+    ) -> Coordinates:
+        """Return the coordinates for keyframes, and for regions (n, 5) in their order.
+
+        `boxes` is whether all keyframes are boxes; if it is not known, those without angles are.
+        """
         side = math.exp(float(np.mean([math.log(key.side) for key in keys])))
-        boxes = all(key.theta == 0 for key in keys)
+        if boxes is None:
+            boxes = all(key.theta == 0 for key in keys)
         return cls(
             side, None if boxes else np.unwrap(np.nan_to_num(ellipses[:, 4]), period=math.pi)
         )

@@ -14,9 +14,8 @@ from motes import __version__
 from motes.core.config import Config, checked_seed, from_dict
 from motes.core.errors import ConfigError, InputError
 from motes.core.files import check_writable, is_special, write_whole, writing
-from motes.core.geometry import Ellipse
 from motes.correction.join import Stretch
-from motes.correction.keyframes import keyframes
+from motes.correction.keyframes import Region, keyframes
 from motes.mot.analytics.real_units import RealUnits
 from motes.mot.analytics.regions import Regions
 from motes.rows.schema import text_name
@@ -194,7 +193,7 @@ class History(msgspec.Struct, frozen=True, kw_only=True):
         return config
 
     @property
-    def keys(self) -> dict[int, Ellipse | None]:
+    def keys(self) -> dict[int, Region | None]:
         """The keyframes after all corrections."""
         latest: dict[int, Sequence[float] | None] = {}
         for marks in self.corrections:

@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motes.core.geometry import Ellipse, iou
+from motes.core.geometry import Box, Ellipse, as_ellipse, iou
 from motes.core.track import Status, Track
 from motes.core.types import Flags, Floats
 from motes.correction.coordinates import Coordinates, overlap_probability
-from motes.correction.keyframes import Keyframes
+from motes.correction.keyframes import Keyframes, Region
 from motes.correction.passes import Course
 from motes.correction.smoothing import Drift, fit_motion, outliers, smooth
 from motes.correction.support import Support, support
@@ -43,8 +43,8 @@ class Stretch(NamedTuple):
     first: int
     last: int
     """The first and the last frame."""
-    begin: Ellipse | None
-    end: Ellipse | None
+    begin: Region | None
+    end: Region | None
     """The keyframes there; one of them is None where the film begins or ends without one."""
     absent: frozenset[int] = frozenset()
     """Frames in which the target is marked as absent."""
@@ -66,7 +66,7 @@ class Stretch(NamedTuple):
         return found
 
     @property
-    def keys(self) -> dict[int, Ellipse]:
+    def keys(self) -> dict[int, Region]:
         """The keyframes, by their place in the stretch."""
         ends = {0: self.begin, self.last - self.first: self.end}
         return {i: key for i, key in ends.items() if key is not None}
@@ -128,7 +128,7 @@ def both(
     agree = iou(enclosing(forward.ellipses), enclosing(backward.ellipses)) > HALF
     ends = (forward.ellipses[-1], stretch.end), (backward.ellipses[0], stretch.begin)
     forward_meets, backward_meets = (
-        key is not None and bool(iou(Ellipse(*place.tolist()).box, key.box) > HALF)
+        key is not None and bool(iou(Ellipse(*place.tolist()).box, as_ellipse(key).box) > HALF)
         for place, key in ends
     )
     confidence = np.array([forward.confidence, backward.confidence])
@@ -139,20 +139,22 @@ def both(
 def fuse(
     passes: Sequence[Course],
     follows: Support,
-    keys: dict[int, Ellipse],
+    marks: dict[int, Region],
     starts: Sequence[int],
     absent: Flags,
 ) -> Course:
     """Return one track from one or two passes.
 
-    The passes are over the same frames, and `follows` is which of them are used in each. `keys` has
-    exact regions by their place in these frames, and `starts` where each pass has begun, on one of
-    them; none for a track whose start is not known. `absent` (n,) is whether the target is known to
-    be absent.
+    The passes are over the same frames, and `follows` is which of them are used in each. `marks`
+    has exact regions by their place in these frames, and `starts` where each pass has begun, on one
+    of them; none for a track whose start is not known. `absent` (n,) is whether the target is known
+    to be absent.
     """
     used = follows.used
+    keys = {i: as_ellipse(mark) for i, mark in marks.items()}
+    boxes = all(isinstance(mark, Box) for mark in marks.values()) if marks else None
     regions = [*keys.values()] or [Ellipse(*row) for row in passes[0].ellipses[used[0]].tolist()]
-    space = Coordinates.of(regions, passes[0].ellipses)
+    space = Coordinates.of(regions, passes[0].ellipses, boxes)
     seen = np.array([space.values(each.ellipses) for each in passes])
     relative = np.array([space.relative(each.ellipses, each.variances) for each in passes])
     exact = {i: space.values(np.array([key]), i)[0] for i, key in keys.items()}

@@ -23,10 +23,13 @@ from pathlib import Path
 from motes.core.errors import ConfigError, InputError, MotesError
 from motes.core.files import check_ended, lines_of, read_text
 from motes.core.frame import WHOLE
-from motes.core.geometry import Ellipse, as_ellipse, check_angle, region_within
+from motes.core.geometry import Box, Ellipse, as_ellipse, as_region, check_angle, region_within
 from motes.core.types import Numbers
 
-Keyframes = Mapping[int, Ellipse | None]
+Region = Box | Ellipse
+"""What was marked: a box tells no angle, an ellipse whose theta is 0 does."""
+
+Keyframes = Mapping[int, Region | None]
 """The target's region in each marked frame, in order of the frames; None where it is absent."""
 
 Marks = Mapping[int, Numbers | None]
@@ -43,7 +46,7 @@ _FRAMES = re.compile(r"\d{1,9}(:\d{1,9})?")
 _NUMBERS = re.compile(r"[-+.:\d]+")
 
 
-def keyframes_in(marks: Marks) -> dict[int, Ellipse | None]:
+def keyframes_in(marks: Marks) -> dict[int, Region | None]:
     """Return keyframes in order from a mapping; raise a ConfigError if they are none.
 
     The angle of the first region must be within a turn.
@@ -56,24 +59,24 @@ def keyframes_in(marks: Marks) -> dict[int, Ellipse | None]:
     found = keyframes(marks.items())
     for region in found.values():
         if region is not None:
-            check_angle(region.theta)
+            check_angle(as_ellipse(region).theta)
             break  # later ones may go on beyond a turn
     return found
 
 
-def keyframes(marks: Iterable[tuple[int, Numbers | None]]) -> dict[int, Ellipse | None]:
+def keyframes(marks: Iterable[tuple[int, Numbers | None]]) -> dict[int, Region | None]:
     """Return keyframes in order from marks: frames, each with a region or None.
 
     Raises a ConfigError if a region is not valid, a frame is negative, or two marks of a frame
     differ.
     """
-    found: dict[int, Ellipse | None] = {}
+    found: dict[int, Region | None] = {}
     for frame, region in marks:
         if not isinstance(frame, WHOLE) or isinstance(frame, bool):
             raise ConfigError(f"A keyframe has the number of its frame; got {frame!r}.")
         if frame < 0:
             raise ConfigError(f"Frame {frame} of a keyframe is negative; the first frame is 0.")
-        mark = None if region is None else as_ellipse(region)
+        mark = None if region is None else as_region(region)
         if found.setdefault(frame, mark) != mark:
             raise ConfigError(
                 f"The keyframes of frame {frame} contradict each other: {named(found[frame])} and "
@@ -82,11 +85,11 @@ def keyframes(marks: Iterable[tuple[int, Numbers | None]]) -> dict[int, Ellipse 
     return dict(sorted(found.items()))
 
 
-def named(mark: Ellipse | None) -> str:
+def named(mark: Region | None) -> str:
     """Return a keyframe's region as text."""
     if mark is None:
         return ABSENT
-    return ",".join(f"{value:g}" for value in (mark if mark.theta else mark.box))
+    return ",".join(f"{value:g}" for value in mark)
 
 
 def marks_of(frames: str, region: str) -> list[tuple[int, Sequence[float] | None]]:
@@ -113,10 +116,10 @@ def marks_of(frames: str, region: str) -> list[tuple[int, Sequence[float] | None
             f"{region!r} is no region of frame {start}; give x,y,width,height or x,y,a,b,theta, or "
             f"{ABSENT}."
         ) from None
-    return [(start, as_ellipse(numbers))]
+    return [(start, as_region(numbers))]
 
 
-def read_keyframes(path: str | Path) -> dict[str, dict[int, Ellipse | None]]:
+def read_keyframes(path: str | Path) -> dict[str, dict[int, Region | None]]:
     """Return the keyframes of a file, by the film that their rows name; "" without a name.
 
     Parameters
@@ -128,7 +131,7 @@ def read_keyframes(path: str | Path) -> dict[str, dict[int, Ellipse | None]]:
 
     Returns
     -------
-    For each film the target's ellipse by frame; None where the target is absent.
+    For each film the target's box or ellipse by frame; None where the target is absent.
 
     Raises
     ------
@@ -204,7 +207,7 @@ def _check_size(size: int, known: int) -> None:
         )
 
 
-def keyframes_of(path: str | Path, source: str) -> dict[int, Ellipse | None]:
+def keyframes_of(path: str | Path, source: str) -> dict[int, Region | None]:
     """Return the keyframes of a source in a file: rows with its name, or rows without a name.
 
     Raises an InputError if the file cannot be read, or has neither.
@@ -221,11 +224,18 @@ def keyframes_of(path: str | Path, source: str) -> dict[int, Ellipse | None]:
 def check_keyframes(marks: Keyframes, name: str, frames: range, width: int, height: int) -> None:
     """Check keyframes against their film.
 
-    Raises a ConfigError if there is none with a region, or one is outside of the frames or of the
-    picture.
+    Raises a ConfigError if there is none with a region, some are boxes and some are ellipses, or
+    one is outside of the frames or of the picture.
     """
     if all(region is None for region in marks.values()):
         raise ConfigError("No keyframe marks the target; give one a region.")
+    boxes = [frame for frame, region in marks.items() if isinstance(region, Box)]
+    ellipses = [frame for frame, region in marks.items() if isinstance(region, Ellipse)]
+    if boxes and ellipses:
+        raise ConfigError(
+            f"Frame {ellipses[-1]} is marked by an ellipse, and frame {boxes[-1]} by a box, which "
+            f"tells no angle; mark x,y,a,b,theta in all frames, or x,y,width,height in all."
+        )
     for frame in (min(marks), max(marks)):  # an end of a range is a number that was given
         if frame not in frames:
             raise ConfigError(

@@ -14,7 +14,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.interrupts import check
 from motes.core.track import Status, Track
-from motes.core.types import Flags, Floats
+from motes.core.types import Flags, Floats, Numbers
 from motes.sot.algorithm import StepInfo
 from motes.sot.presets import TrackerConfig
 from motes.sot.tracker import Tracker
@@ -79,11 +79,11 @@ def run_pass(
     config: TrackerConfig,
     seed: int,
     frames: Iterable[Frame],
-    region: Ellipse,
+    region: Numbers,
     *,
     backward: bool = False,
     so_far: list[Track] | None = None,
-    other: tuple[Frame, Ellipse] | None = None,
+    other: tuple[Frame, Numbers] | None = None,
     observe: Callable[[StepInfo], None] | None = None,
 ) -> list[Track]:
     """Return the tracks of a target, in order of the frames.
@@ -99,8 +99,9 @@ def run_pass(
         if tracks:
             tracks.append(tracker.update(frame))
         else:
-            within = math.fmod(region.theta, 2 * math.pi)  # a target may have turned on and on
-            tracks.append(tracker.init(frame, region._replace(theta=within)))
+            if len(region) == 5:  # a target may have turned on and on
+                region = [*region[:4], math.fmod(region[4], 2 * math.pi)]
+            tracks.append(tracker.init(frame, region))
             if other is not None:
                 tracker.learn_also(*other)
         if observe is not None:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.errors import FormatError
+from motes.core.geometry import as_ellipse
 from motes.core.track import Status
 from motes.core.types import Floats
 from motes.correction.keyframes import read_keyframes
@@ -117,6 +118,6 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     for frame, region in marks.items():
         with at(f"frame {frame}"):
             if region is not None:
-                objects.append(sound(placed(frame, region)))
+                objects.append(sound(placed(frame, as_ellipse(region))))
     found = Recording.of(facts, objects, dict.fromkeys(marks))
     return replace(found, listed=True, notes=[CORNER])

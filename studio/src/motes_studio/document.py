@@ -10,8 +10,8 @@ import msgspec
 from msgspec import UNSET
 from msgspec.structs import replace
 
-from motes import ConfigError, Ellipse, Regions, TrackerConfig, configure, preset
-from motes.core import as_ellipse, from_toml, region_within
+from motes import Box, ConfigError, Ellipse, Regions, TrackerConfig, configure, preset
+from motes.core import as_region, from_toml, region_within
 from motes_studio import commands, messages
 from motes_studio.commands import Places, Region
 from motes_studio.messages import OpenFilm
@@ -46,9 +46,9 @@ class DrawnTarget(messages.Subject, frozen=True, kw_only=True):
         return range(self.first, self.last + 1)
 
     @property
-    def marks(self) -> dict[int, Ellipse | None]:
+    def marks(self) -> dict[int, Box | Ellipse | None]:
         """The keyframes, as the library takes them."""
-        drawn = {frame: as_ellipse(region) for frame, region in self.keys.items()}
+        drawn = {frame: as_region(region) for frame, region in self.keys.items()}
         return dict(sorted({**drawn, **dict.fromkeys(self.absences)}.items()))
 
     @property

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import msgspec
 
-from motes import Ellipse, TrackerConfig
+from motes import Box, Ellipse, TrackerConfig
 from motes.correction import Stretch
 from motes_studio.document import DrawnTarget
 
@@ -79,7 +79,7 @@ def pass_to(target: DrawnTarget, frame: int) -> RunPass:
     return need.task._replace(stop=frame)
 
 
-def _mark(frame: int, region: Ellipse | None) -> tuple[int, tuple[float, ...]] | None:
+def _mark(frame: int, region: Box | Ellipse | None) -> tuple[int, tuple[float, ...]] | None:
     return None if region is None else (frame, tuple(region))
 
 

@@ -141,8 +141,8 @@ def _run(
     if run.other is not None:
         index, region = run.other
         (frame,) = film.forward(index, index)
-        other = frame, Ellipse(*region)
-    start, backward = Ellipse(*run.region), run.stop < run.start
+        other = frame, region
+    start, backward = run.region, run.stop < run.start
     run_pass(run.config, run.seed, frames, start, backward=backward, other=other, observe=observe)
 
 

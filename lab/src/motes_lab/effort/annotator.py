@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motes import Ellipse
+from motes import Box, Ellipse
 from motes.core import Floats, iou
 from motes.correction import ranked
 from motes_lab.effort.methods import Film, Method, Path, equidistant, interpolated
@@ -42,7 +42,7 @@ def annotate(film: Film, truth: Floats, method: Method) -> Effort:
         What makes a region for each frame of the keyframes.
     """
     first = film.used.start
-    keys: dict[int, Ellipse | None] = {first: Ellipse.from_box(truth[first])}
+    keys: dict[int, Box | Ellipse | None] = {first: Box(*truth[first].tolist())}
     while True:
         path = method(film, dict(sorted(keys.items())))
         found = _overlaps(path, film.used, truth)
@@ -50,14 +50,14 @@ def annotate(film: Film, truth: Floats, method: Method) -> Effort:
             return Effort(len(keys) - 1, len(film.used))
         frame = _next(path, found, film.used, keys)
         box = truth[frame]
-        keys[frame] = None if np.isnan(box).any() else Ellipse.from_box(box)
+        keys[frame] = None if np.isnan(box).any() else Box(*box.tolist())
 
 
 def annotate_equidistant(film: Film, truth: Floats) -> Effort:
     """Return the effort of interpolation between the fewest equidistant keyframes that do."""
     for count in range(len(film.used)):
-        keys = {
-            frame: None if np.isnan(truth[frame]).any() else Ellipse.from_box(truth[frame])
+        keys: dict[int, Box | Ellipse | None] = {
+            frame: None if np.isnan(truth[frame]).any() else Box(*truth[frame].tolist())
             for frame in equidistant(film.used, count)
         }
         if _enough(_overlaps(interpolated(film, keys), film.used, truth)):
@@ -77,7 +77,7 @@ def _enough(overlaps: Floats) -> bool:
     return bool(np.mean(known >= RIGHT) >= ENOUGH)
 
 
-def _next(path: Path, overlaps: Floats, used: range, keys: dict[int, Ellipse | None]) -> int:
+def _next(path: Path, overlaps: Floats, used: range, keys: dict[int, Box | Ellipse | None]) -> int:
     """Return the next frame to correct."""
     marked = np.isin(np.array(used), [*keys])
     if found := ranked(*path, marked, 1):

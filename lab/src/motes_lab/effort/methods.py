@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motes import Ellipse, Track, TrackerConfig
-from motes.core import Floats
+from motes import Box, Ellipse, Track, TrackerConfig
+from motes.core import Floats, as_ellipse
 from motes.correction import (
     Coordinates,
     Course,
@@ -20,7 +20,7 @@ from motes.correction import (
 )
 from motes.video import FrameReader
 
-Keyframes = Mapping[int, Ellipse | None]
+Keyframes = Mapping[int, Box | Ellipse | None]
 """The target's region in each marked frame; None where it is absent."""
 UNSEEN_STEP = (0.1, 0.1, 0.02, 0.02)
 """Standard deviation of the motion in a frame, in sides and logarithms of sizes, that interpolation
@@ -137,7 +137,7 @@ METHODS: dict[str, Method] = {
 
 
 def _marked(keys: Keyframes) -> dict[int, Ellipse]:
-    return {frame: region for frame, region in keys.items() if region is not None}
+    return {frame: as_ellipse(region) for frame, region in keys.items() if region is not None}
 
 
 def equidistant(used: range, count: int) -> list[int]:

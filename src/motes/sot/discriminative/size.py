@@ -20,7 +20,7 @@ import msgspec
 import numpy as np
 
 from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
+from motes.core.geometry import Angled, Ellipse
 from motes.core.types import Floats
 from motes.cues.color import borders
 from motes.cues.correlation_filter import ScaleModel
@@ -107,16 +107,16 @@ class TurnEstimate(msgspec.Struct, frozen=True, eq=False):
     """The turn of a target since its first region."""
 
     rings: Floats
-    """(3 R, POINTS), the rings of the first region. There are none for an upright region, such as a
-    box: its angle is not asked for."""
+    """(3 R, POINTS), the rings of the first region. There are none for a box: its angle is not
+    asked for."""
     angle: Trend = Trend()
     """The turn; a positive one is from the x axis towards y."""
 
     @classmethod
     def begin(cls, frame: Frame, region: Ellipse) -> TurnEstimate:
         """Return the estimate at the first region."""
-        rings = sampled(frame, region) if region.theta else np.empty((0, POINTS))
-        return cls(rings)
+        asked = region.theta != 0 or isinstance(region, Angled)
+        return cls(sampled(frame, region) if asked else np.empty((0, POINTS)))
 
     def followed(
         self, frame: Frame, place: Ellipse, window: float, turned: float, *, seen: bool
