@@ -116,3 +116,11 @@ def test_each_detection_has_its_own_metres(go: Tell) -> None:
     found = read_track("det.csv")
     np.testing.assert_allclose(found["x_m"], found["x"] / 10)
     assert np.isnan(found["speed"]).all()
+
+
+def test_how_large_a_scale_makes_the_picture_is_said(go: Tell) -> None:
+    """So a scale in pixels per centimetre, or in metres per pixel, is seen at once."""
+    large = "With 20 pixels per metre, the picture is 6 x 4.5 m.\n"
+    assert go.says(f"{TRACK} --scale 20", 0, large).count(large) == 1
+    large = "With 0.05 pixels per metre, the picture is 2.4e+03 x 1.8e+03 m."
+    go.says("convert rows.csv metres.csv --video film --scale 0.05", 0, large)

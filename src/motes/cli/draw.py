@@ -125,12 +125,12 @@ def draw(
         plane = _units(rows, units, known)
         if given.metres and known is None:
             refuse(units.given, f"for rows without metres, and {rows} has them")
+        if output is None and not given.single:
+            refuse(units.given, "for rows of one target, and for the speeds in a video, -o")
         check_size(plane, film.name, film.width, film.height)
         if given.single:
             opened = outputs.of_target(film, rows.stem, metres=plane is not None or given.metres)
             return run(film, opened, target_moments(film, given, plane), Tally())
-        if output is None:
-            refuse(units.given, "for rows of one target, and for the speeds in a video, -o")
         regions = (known and known.places) or Regions()
         opened = outputs.of_objects(film, rows.stem, regions)
         return run(film, opened, object_moments(film, given, regions, plane), Tally())

@@ -67,11 +67,16 @@ class UnitOptions:
 
 
 def check_size(units: RealUnits | None, film: str, width: int, height: int) -> None:
-    """Check that the lens is of a film of this size, and say where it has no places.
+    """Say how large a scale makes the picture; check that the lens is of a film of this size.
 
-    Raises a ConfigError if it was calibrated with pictures of another size, or maps nothing to
-    their middle.
+    It is also said where the lens has no places.
+
+    Raises a ConfigError if the lens was calibrated with pictures of another size, or maps nothing
+    to their middle.
     """
+    if units is not None and (scale := units.ground.scale) is not None:
+        log(f"With {scale:g} pixels per metre, the picture is {width / scale:.3g} x "
+            f"{height / scale:.3g} m.")  # fmt: skip
     if units is None or units.lens is None:
         return
     lens, size = units.lens, units.lens.size

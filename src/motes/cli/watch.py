@@ -22,6 +22,7 @@ from motes.cli.option_groups import (
     OwnCode,
     say_rate,
 )
+from motes.cli.track_units import check_size
 from motes.cli.watch_options import CountingOptions, ObjectOptions, WatchOutputs
 from motes.core.errors import ConfigError
 
@@ -127,6 +128,7 @@ def watch(
     with frames.open(source) as film:
         counter = EventCounter(where, (film.width, film.height))
         say_rate(film)
+        check_size(asked.units, film.name, film.width, film.height)
         if objects.like is not None:
             region = numbers_of("--like", objects.like, "x,y,width,height")
             point_out_corners(region, film.width, film.height)
