@@ -5,7 +5,7 @@ import pytest
 
 from motes import Ellipse, Frame, Tracker, synthetic
 from motes.core.types import Floats
-from motes.sot.bare import bare_note
+from motes.sot.bare import bare_note, cut_note
 from textured import blocks
 
 BOX = 140, 100, 40, 30
@@ -99,3 +99,13 @@ def test_library_warns(caplog: pytest.LogCaptureFixture) -> None:
     other.init(frame(wall() + blob(60, 40)), BOX)
     assert not any(each.info.note for each in (tracker, other))
     assert not caplog.records
+
+
+@pytest.mark.parametrize(("x", "cut"), [(-5, True), (0, True), (2, False), (60, True)])
+def test_a_region_at_the_border_may_be_cut(x: int, cut: bool) -> None:
+    picture = frame(np.random.default_rng(0).integers(0, 256, (80, 80)).astype(float))
+    region = Ellipse.from_box((x, 30, 20, 20))
+    assert (cut_note(picture, region) is not None) == cut
+    tracker = Tracker("nummiaro")
+    tracker.init(picture, region)
+    assert ("border" in (tracker.info.note or "")) == cut

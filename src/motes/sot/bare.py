@@ -1,4 +1,4 @@
-"""Whether a region holds anything to follow: a bare wall is tracked as surely as an object.
+"""Whether all of a region is seen, and anything to follow: a wall is tracked as surely as a thing.
 
 What can be followed changes the picture when it moves. So the region is compared with itself a
 quarter of its size farther, in eight directions: on a wall all of them show the same, and on a
@@ -35,6 +35,16 @@ def bare_note(frame: Frame, region: Ellipse) -> str | None:
         f"The region at x={box.x:.0f}, y={box.y:.0f}, {box.width:.0f}x{box.height:.0f} in frame "
         f"{frame.index} looks like what is around it: there is nothing to follow, and the track "
         f"may slide anywhere. Draw it around something that stands out."
+    )
+
+
+def cut_note(frame: Frame, region: Ellipse) -> str | None:
+    """Return one line about a region that the picture's border cuts; None for all others."""
+    if region.box.room(frame.width, frame.height) > 0:
+        return None
+    return (
+        f"The region in frame {frame.index} reaches the border of the picture. If that cuts the "
+        f"target, its size is wrong in all frames that follow; mark it where all of it is seen."
     )
 
 

@@ -25,7 +25,7 @@ from motes.core.saved_state import UNREADABLE, sealed, unpack, unsealed
 from motes.core.track import Status, Track
 from motes.core.types import Floats, Numbers
 from motes.sot.algorithm import Algorithm, StepInfo
-from motes.sot.bare import bare_note
+from motes.sot.bare import bare_note, cut_note
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.known_target import KnownTarget, Place, boxes_of
 from motes.sot.network.network import Network
@@ -95,7 +95,8 @@ class Tracker:
         """Start on the object in `region`: a box (x, y, w, h) or an ellipse (x, y, a, b, theta).
 
         Numbers are in pixels, theta is in radians. A region that looks like what is around it
-        holds nothing to follow: the logger `motes` warns of it, and so does `info.note`.
+        holds nothing to follow, and one at the border may be cut: the logger `motes` warns of it,
+        and so does `info.note`.
 
         Raises
         ------
@@ -107,7 +108,8 @@ class Tracker:
         check_angle(ellipse.theta)
         self._restart()
         state, info = self._algorithm.init(self._rng, self._seen(picture), ellipse)
-        if (note := bare_note(picture, ellipse)) is not None:
+        note = bare_note(picture, ellipse) or cut_note(picture, ellipse)
+        if note is not None:
             LOG.warning(note)
             info = replace(info, note=note)
         return self._take(picture, (state, info), ellipse.theta)
