@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from motes import Box, ConfigError, Ellipse, Frame, Line, Regions, SourceError, Status, Track, Zone
 from motes.output.overlay import COLORS, draw
-from motes.output.painters import ScenePainter
+from motes.output.painters import ScenePainter, speed_label
 from motes.output.scene_overlay import color_of, draw_scene
 
 
@@ -216,3 +216,17 @@ def test_lines_and_zones_have_their_names_where_there_are_several() -> None:
     ]
     rows = (named[0] != named[1]).any(axis=2).any(axis=1).nonzero()[0]
     assert rows.min() > 40  # the caption of five lines covers no name
+
+
+def test_a_caption_begins_with_the_frame_that_refine_asks_for() -> None:
+    corners = [ScenePainter(Regions()).painted(Frame(index, 2.0, gray()), []) for index in (50, 51)]
+    assert (corners[0] != corners[1]).any()
+
+
+@pytest.mark.parametrize(
+    ("speed", "deviation", "text"),
+    [(5.4e-5, 4e-5, "0.00 m/s"), (5.4e-5, 1e-6, "5.4e-05 m/s"), (1.5, math.nan, "1.50 m/s")],
+)
+def test_an_object_at_rest_has_no_speed(speed: float, deviation: float, text: str) -> None:
+    known = {"speed": speed, "speed_std": deviation}
+    assert speed_label(replace(track(Ellipse(50, 50, 9, 9)), further=known)) == text

@@ -15,6 +15,8 @@ from motes.output.scene_overlay import Point, draw_scene
 
 TRAIL = 50
 """Frames of a trail."""
+RESTS = 3.0
+"""Standard deviations below which a speed may be 0."""
 NOTHING: Mapping[str, int] = {}
 NOWHERE = (nan, nan)
 """In a trail, the place of a target that is not seen."""
@@ -37,9 +39,8 @@ class TargetPainter:
         """Return the next frame with all of this on it."""
         seen = target.status is Status.TRACKING
         self._trail.append(target.ellipse[:2] if seen else NOWHERE)
-        label, speed = None, target.number("speed")
-        if self._metres and isfinite(speed):
-            label = describe(target, speed_label(speed))
+        speed = speed_label(target) if self._metres else ""
+        label = describe(target, speed) if speed else None
         return draw(
             frame.pixels, target, particles=particles, weights=weights, trail=self._trail,
             label=label,
@@ -70,12 +71,19 @@ class ScenePainter:
             trail.append(each.box.foot if each.status is Status.TRACKING else NOWHERE)
         minutes, seconds = divmod(int(frame.time), 60)
         passed = [f"{name} {totals[name]}" for name in self._counted if name in totals]
-        caption = [f"{minutes}:{seconds:02}", *passed]
-        every = {each.identity: each.number("speed") for each in tracks}
-        notes = {name: speed_label(speed) for name, speed in every.items() if isfinite(speed)}
+        caption = [f"{frame.index}  {minutes}:{seconds:02}", *passed]
+        every = {each.identity: speed_label(each) for each in tracks}
+        notes = {name: label for name, label in every.items() if label}
         return draw_scene(frame.pixels, tracks, self._trails, self._places, caption, notes)
 
 
-def speed_label(speed: float) -> str:
-    """Return a speed in metres a second as text; a microscope's are small."""
-    return f"{speed:{'.2g' if ROUNDING < speed < 0.1 else '.2f'}} m/s"
+def speed_label(track: Track) -> str:
+    """Return a speed in metres a second as text; "" if it is not known.
+
+    A microscope's are small; one that may be that of an object at rest is 0.00.
+    """
+    speed, deviation = track.number("speed"), track.number("speed_std")
+    if not isfinite(speed):
+        return ""
+    small = max(ROUNDING, RESTS * deviation if isfinite(deviation) else 0.0) < speed < 0.1
+    return f"{speed:.2g} m/s" if small else f"{speed:.2f} m/s"
