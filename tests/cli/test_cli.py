@@ -220,6 +220,8 @@ def test_help_shows_what_people_use_and_help_all_the_rest(go: Go, command: str) 
         ("track FILM --init BOX --config FILM", 3, "it is not text; save it as UTF-8"),
         ("track FILM --init BOX --seed -1", 2, "--seed is -1; give 0 or more"),
         ("track FILM --init BOX --end 10.7", 2, "--end: 10.7 is no whole number"),
+        ("track FILM --init BOX --start 0:01", 2, "0:01 is no whole number. Frames count from 0"),
+        ("track FILM --at 00:01=BOX", 2, "by its number, which counts from 0, and not by a time"),
         ("track FILM --init 50,40,9,9,45", 2, "theta begins with 45; it is in radians"),
         ("track FILM --preset nummiaro --network a.onnx", 2, "Preset nummiaro takes no network"),
         ("track FILM --init 30 40 20 20", 2, "No option takes 40 20 20; numbers .*need commas"),

@@ -60,7 +60,8 @@ def _whole(kind: Any, tokens: Sequence[Token]) -> int:
     try:
         return int(value)
     except ValueError:
-        raise ValueError(f"{value} is no whole number.") from None
+        time = " Frames count from 0: give the number of one, not a time." * (":" in value)
+        raise ValueError(f"{value} is no whole number.{time}") from None
 
 
 if TYPE_CHECKING:

@@ -108,7 +108,10 @@ def marks_of(frames: str, region: str) -> list[tuple[int, Sequence[float] | None
     if region.strip() == ABSENT:
         return [(frame, None) for frame in range(start, stop + 1)]
     if last:
-        raise ConfigError(f"The frames {frames} have one region; give each frame its own.")
+        raise ConfigError(
+            f"The frames {frames} have one region; give each frame its own, by its number, which "
+            f"counts from 0, and not by a time."
+        )
     try:
         numbers = [float(number) for number in region.split(",")]
     except ValueError:
