@@ -14,6 +14,7 @@ from motes.core.errors import ConfigError, counted
 from motes.core.track import Track
 
 if TYPE_CHECKING:
+    from motes.mot.analytics.lens import Lens
     from motes.mot.analytics.real_units import GroundMotion, RealUnits
 
 
@@ -67,19 +68,20 @@ class UnitOptions:
 
 
 def check_size(units: RealUnits | None, film: str, width: int, height: int) -> None:
-    """Say how large a scale makes the picture; check that the lens is of a film of this size.
-
-    It is also said where the lens has no places.
+    """Say how large a scale makes the picture, and where the lens has no places.
 
     Raises a ConfigError if the lens was calibrated with pictures of another size, or maps nothing
     to their middle.
     """
+    if units is not None and units.lens is not None:
+        _check_lens(units, units.lens, film, width, height)
     if units is not None and (scale := units.ground.scale) is not None:
         log(f"With {scale:g} pixels per metre, the picture is {width / scale:.3g} x "
             f"{height / scale:.3g} m.")  # fmt: skip
-    if units is None or units.lens is None:
-        return
-    lens, size = units.lens, units.lens.size
+
+
+def _check_lens(units: RealUnits, lens: Lens, film: str, width: int, height: int) -> None:
+    size = lens.size
     if size is not None and size != (width, height):
         raise ConfigError(
             f"The lens was calibrated at {size[0]}x{size[1]}, and {film} has {width}x"
