@@ -133,7 +133,7 @@ class Backdrop(Expert, Config, frozen=True):
     """Whether a place looks as it did before the target came."""
 
     weight: NonNegative = 16.0
-    """Log odds against a place, for each unit of correlation with its backdrop above `ALIKE`.
+    """Log odds against a place, for each unit of correlation with its backdrop above 0.7 (`ALIKE`).
     With 0 the expert is not asked."""
 
     def learn(self, frame: Frame, box: Ellipse) -> BackdropModel:
