@@ -53,6 +53,13 @@ def test_a_lens_is_that_of_opencv(count: int) -> None:
 LENS = lens_file(focal=9.0, distortion=[0.0] * 5, size=(640, 480))
 
 
+def test_a_lens_is_read_as_opencv_wrote_it() -> None:
+    """Coefficients of a tilted sensor that are 0, and the capitals of older samples."""
+    text = lens_file(9.0, [0.1] * 8 + [0.0] * 6, (640, 480))
+    lens = Lens.parse(text.replace("camera_matrix", "Camera_Matrix"))
+    assert lens == Lens((9.0, 0, 320, 0, 9, 240, 0, 0, 1), (0.1,) * 8, (640, 480))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "text",

@@ -1,4 +1,4 @@
-"""Whether all of a region is seen, and anything to follow: a wall is tracked as surely as a thing.
+"""Notes on a region that a user marks: it holds nothing to follow, or the border may cut it.
 
 What can be followed changes the picture when it moves. So the region is compared with itself a
 quarter of its size farther, in eight directions: on a wall all of them show the same, and on a

@@ -61,7 +61,7 @@ TEXTURE = 6.0
 LIMIT = 100
 """Objects of a frame that are used, the largest ones: more would be a flood of specks."""
 SMALL_EVERY = 10
-"""Patches that are too small for objects are counted once in so many frames."""
+"""Patches that are too small for objects are counted in every tenth frame."""
 SMALL_RATIO, SMALL_EXCESS = 3, 20
 """A warning says that most are too small, once their number exceeds this ratio to the objects by
 this excess, over all counted frames."""

@@ -4,7 +4,8 @@ A target that has moved covers what was seen there before. Where a place looks a
 target was elsewhere, the target is not there: what is followed is the post, the sign or the bush
 behind which it went, and which the models have learned bit by bit. So pictures of the last frames
 are kept, each with the place of the target. What lies around a place is looked for in them, as the
-camera may have moved; then what is inside is compared. Nothing is said of a target that rests.
+camera may have moved; then what is inside is compared. A target that rests has no backdrop: its
+place was never seen without it.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ POINTS = 10
 MOST = 320
 """Most points to the longer side of a picture."""
 AROUND = 2.5
-"""What lies around a place is within so many of its sides."""
+"""Sides of the surroundings of a place, in sides of the place."""
 REACH = 1.5
 """How far the scene may have moved in the picture, in mean sides of the target."""
 ALIKE = 0.7
@@ -72,10 +73,10 @@ class Snapshot(msgspec.Struct, frozen=True, eq=False):
         pitch = max(target.side / POINTS, max(frame.width, frame.height) / MOST)
         columns, rows = (int((side - 1) / pitch) + 1 for side in (frame.width, frame.height))
         every = Points(0, 0, columns, rows)
-        return cls(grays(frame, every, pitch), pitch, target)
+        return cls(gray_points(frame, every, pitch), pitch, target)
 
     def points(self, place: Ellipse, sides: float) -> Points:
-        """Return the points within so many sides of a place, as far as they are in the picture."""
+        """Return the points of a place with `sides` times its sides, as far as there are any."""
         rows, columns = self.grays.shape
         _, _, width, height = place.box
         x, y = place.x / self.pitch, place.y / self.pitch
@@ -90,13 +91,13 @@ class Snapshot(msgspec.Struct, frozen=True, eq=False):
     def likeness(self, frame: Frame, place: Ellipse) -> float | None:
         """Return the correlation of a place in a frame with what was there without the target.
 
-        0 if the target was there, and None if what lies around is not found in the picture.
+        0 if the target was there, and None if its surroundings are not found in the picture.
         """
         around, core = self.points(place, AROUND), self.points(place, 1.0)
         left, top, *_ = around
         if min(core.right - core.left, core.bottom - core.top) < LEAST:
             return None
-        now = grays(frame, around, self.pitch)
+        now = gray_points(frame, around, self.pitch)
         reach = round(REACH * place.side / self.pitch)
         first_x, first_y = max(left - reach, 0), max(top - reach, 0)
         then = self.grays[first_y : around.bottom + reach, first_x : around.right + reach]
@@ -146,8 +147,7 @@ class Backdrop(Expert, Config, frozen=True):
 
     def log_odds(self, sight: BackdropSight, place: Ellipse) -> float:
         """Return by how much a place looks as before the target came, by the oldest picture."""
-        old = sight.model.snapshots[: None if sight.model.frames >= EVERY else -1]
-        alike = (snapshot.likeness(sight.frame, place) for snapshot in old)
+        alike = (snapshot.likeness(sight.frame, place) for snapshot in sight.model.snapshots)
         found = next((each for each in alike if each is not None), 0.0)
         return -self.weight * max(found - ALIKE, 0.0)
 
@@ -168,7 +168,7 @@ class Backdrop(Expert, Config, frozen=True):
         return BackdropModel(())
 
 
-def grays(frame: Frame, points: Points, pitch: float) -> Singles:
+def gray_points(frame: Frame, points: Points, pitch: float) -> Singles:
     """Return the sums of red, green and blue at points of a frame that are `pitch` apart."""
     left, top, right, bottom = points
     middle = Ellipse((left + right - 1) / 2 * pitch, (top + bottom - 1) / 2 * pitch, 1.0, 1.0)
