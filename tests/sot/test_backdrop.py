@@ -83,6 +83,7 @@ def test_nothing_is_said_of_a_target_that_rests_or_of_a_new_scene() -> None:
     blurred[post] = before[post]  # what is inside is the same, but not what is around
     assert voice(known(), Frame(1, FRAME_INTERVAL, blurred), place(POST)) == 0
     assert voice(known(), frame, Ellipse(-40, 40, 10, 10)) == 0
+    assert voice(known(), frame, Ellipse(140, 90, 500, 500)) == 0  # it fills the picture
 
 
 def test_a_place_that_looks_as_before_is_not_kept_as_the_targets() -> None:

@@ -95,8 +95,8 @@ class Snapshot(msgspec.Struct, frozen=True, eq=False):
         """
         around, core = self.points(place, AROUND), self.points(place, 1.0)
         left, top, *_ = around
-        if min(core.right - core.left, core.bottom - core.top) < LEAST:
-            return None
+        if around == core or min(core.right - core.left, core.bottom - core.top) < LEAST:
+            return None  # nothing is around a target that fills the picture
         now = gray_points(frame, around, self.pitch)
         reach = round(REACH * place.side / self.pitch)
         first_x, first_y = max(left - reach, 0), max(top - reach, 0)
