@@ -629,6 +629,15 @@ def test_rows_of_a_copy_that_was_cut(go: Tell) -> None:
     assert "ends at frame" not in go("check cut.mkv rows.csv")[1]
 
 
+@pytest.mark.parametrize("more", ["", "--end 4"])
+def test_another_film_of_the_same_size_and_times_is_said(go: Tell, film: Path, more: str) -> None:
+    assert go(f"track FILM --init BOX -o rows.csv {OPTIONS} {more}")[0] == 0
+    shutil.copy(film, "other.mkv")
+    said = "rows.csv is of film.mkv, and other.mkv is taken for it, by its size and its times; give"
+    go.says("refine other.mkv rows.csv --at 3=BOX -o new.csv", 0, said)
+    go.says("check FILM rows.csv", 0, "is taken for it", told=False)
+
+
 @pytest.mark.parametrize("mark", ["--init 20,10,20,20", "--at 0=20,10,20,20"])
 def test_a_film_of_another_size_is_not_said_to_have_as_many_frames_as_the_rows(
     go: Tell, mark: str

@@ -73,8 +73,10 @@ def units_of(rows: Path, metres: bool, known: History | None) -> RealUnits | Non
     return None
 
 
-def film_of_rows(source: str, rows: Path, fps: float | None, known: History | None) -> Film:
-    """Return the film of rows, up to the end and at the frame rate that are remembered.
+def film_of_rows(
+    source: str, rows: Path, table: KnownRows, fps: float | None, known: History | None
+) -> Film:
+    """Return the film of rows in a table, up to the end and at the frame rate that are remembered.
 
     Raises a ConfigError if another rate is given than is remembered, and an InputError if it is
     another film.
@@ -82,20 +84,25 @@ def film_of_rows(source: str, rows: Path, fps: float | None, known: History | No
     if known is None:
         film = Film(source, fps=fps)
         say_rate(film)
+        table.check(film)
         return film
     if fps != known.fps:
         refuse({"--fps": fps}, beside(rows))
     film = Film(source, end=known.frames or known.end, fps=known.fps)
     known.check(film)
+    table.check(film)
     name = text_name(Path(film.name).name)
-    if name != known.film and known.frames is not None:
-        log(f"{name} has the size and the frames of {known.film}, and is taken for it.")
     runs_on = known.frames is None and known.end is None  # to the end of its film
     end = len(film.times)
     if runs_on and known.last is not None and known.last + known.stride < end:
         log(
             f"{rows} ends at frame {known.last}, and {name} at frame {end - 1}; unless the run was "
-            f"stopped there, give the film of these rows."
+            f"stopped there, give the film of these rows, {known.film}."
+        )
+    elif name != known.film:
+        log(
+            f"{rows} is of {known.film}, and {name} is taken for it, by its size and its times; "
+            f"give {known.film} if that is another film."
         )
     return film
 
@@ -123,8 +130,7 @@ def corrected_run(
     if known is not None and known.corrections:
         refuse(own, beside(rows))
     plane = units_of(rows, table.metres, known)
-    film = film_of_rows(source, rows, options.fps, known)
-    table.check(film)
+    film = film_of_rows(source, rows, table, options.fps, known)
     if known is not None and known.corrections:
         return table, film.part(known.start, known.end or len(film.times)), known
     preset = options.preset or (run and run.preset) or "default"
