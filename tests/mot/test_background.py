@@ -156,6 +156,30 @@ def test_detections_in_a_file(tmp_path: Path) -> None:
     assert said.startswith(f"{path} has no detections in the frames up to 1 that were used; its")
 
 
+@pytest.mark.parametrize(
+    ("frames", "step", "advice"),
+    [
+        (range(1, 30, 5), 1, "=5"),
+        (range(3, 30, 4), 1, "=4 --start 2"),
+        (range(1, 30, 5), 5, None),  # as with detections.every=5
+        (range(1, 18, 5), 1, None),  # too few to tell
+        ([1, 3, 5, 7, 9, 12], 1, None),
+        ([7, 8], 1, None),
+        ([7], 1, None),
+    ],
+)
+def test_detections_of_every_nth_frame_are_noticed(
+    tmp_path: Path, frames: Sequence[int], step: int, advice: str | None
+) -> None:
+    path = tmp_path / "det.txt"
+    path.write_text("".join(f"{frame},-1,1,1,5,6,1\n" for frame in frames))
+    detector = RecordedDetections(path)
+    for i in range(0, 30, step):
+        detector(Frame(i, i / 25, np.zeros((9, 9, 3), np.uint8)))
+    said = detector.unused_detections
+    assert [text.partition("detections.every")[2] for text in said] == [advice] * bool(advice)
+
+
 def test_a_file_that_holds_no_detections_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "det.txt"
     with pytest.raises(SourceError, match="check the name"):

@@ -21,6 +21,8 @@ without it."""
 LEAST_FACE, LEAST_PERSON = 0.0, 0.5
 """Least scores of detections: distances from the classifiers' boundaries. The key
 `detections.least` asks for more."""
+FEW = 5
+"""Frames with detections; fewer do not tell in which frames a detector has looked for them."""
 
 
 class FacesConfig(DetectorConfig, Config, frozen=True, tag="faces"):
@@ -105,7 +107,7 @@ class RecordedDetections:
     """
 
     def __init__(self, path: str | Path, end: int | None = None) -> None:
-        self._path, self._last, self._unfit, self._given = path, 0, 0, 0
+        self._path, self._last, self._apart, self._unfit, self._given = path, 0, 0, 0, 0
         self._frames: dict[int, list[Detection]] = {}
         for number, line in enumerate(lines_of(read_text(path)), start=1):
             if not line.strip():
@@ -131,14 +133,14 @@ class RecordedDetections:
     def __call__(self, frame: Frame) -> list[Detection]:
         """Return the detections that the file has for a frame."""
         found = self._frames.get(frame.index, [])
-        self._last = frame.index
+        self._apart, self._last = frame.index - self._last, frame.index
         self._given += len(found)
         self._unfit += sum(best([each], frame) is None for each in found)
         return found
 
     @property
     def unused_detections(self) -> list[str]:
-        """A line on those that could not be used in the frames so far, and after them."""
+        """Lines on those that could not be used in the frames so far, and on frames without any."""
         if not self._given:
             return [
                 f"{self._path} has no detections in the frames up to {self._last} that were used; "
@@ -148,4 +150,12 @@ class RecordedDetections:
         why = f"{self._unfit} out of the picture or unfit in size, {late} after frame {self._last}"
         unused, every = self._unfit + late, sum(map(len, self._frames.values()))
         text = f"{unused} of {every} detections of {self._path} were not used: {why}"
-        return [text] if unused else []
+        apart = math.gcd(*(index - self._first for index in self._frames))
+        start = f" --start {self._first}" * (apart > 0 and self._first % apart > 0)
+        rare = (
+            f"{self._path} has detections in one frame of {apart} alone, and says that nobody is "
+            f"in those between; if none was looked for there, give --set detections.every={apart}"
+            f"{start}"
+        )
+        told = apart > 1 == self._apart and len(self._frames) >= FEW
+        return [text] * (unused > 0) + [rare] * told
