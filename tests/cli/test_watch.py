@@ -206,6 +206,7 @@ def test_frames_after_the_last_object_stay_in_what_is_made_of_rows(go: Go) -> No
     [
         ("FILM --detector yolo", 2, "faces, MODULE:CALLABLE, or an .onnx or .txt file"),
         ("FILM --dwell 3", 2, "--dwell is for zones"),
+        ("FILM --places empty.toml", 2, "empty.toml has no [[line]], [[zone]] or [ground]; add"),
         ("FILM --zone 1,2,3,4", 2, "--zone takes x,y,x,y,x,y"),
         ("FILM --detector people --set detector.trial=1", 2, "known keys: type."),
         ("FILM --config nothing.toml", 3, "nothing.toml"),
@@ -225,6 +226,7 @@ def test_frames_after_the_last_object_stay_in_what_is_made_of_rows(go: Go) -> No
 )
 def test_errors_are_one_line_with_their_code(go: Go, line: str, code: int, said: str) -> None:
     Path("det.txt").write_text("1,-1,10,60,44,30,0.3\n2,-1,10,60,44,30,-2\n")
+    Path("empty.toml").write_text("# lines to come\n")
     Path("own.py").write_text(
         "def find(frame): return [(10, 60, 44, 30, 0.9, 2)]\n"
         "def shares(frame): return [(0.1, 0.6, 0.4, 0.3, 0.9), (1e4, 60, 44, 30, 0.9)]\n"

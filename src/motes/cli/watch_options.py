@@ -101,6 +101,8 @@ class CountingOptions:
         from motes.mot.analytics.regions import Line, Regions, Zone
 
         given = Regions() if self.places is None else Regions.load(self.places)
+        if self.places is not None and given == Regions():
+            raise ConfigError(f"{self.places} has no [[line]], [[zone]] or [ground]; add one.")
         lines = (numbers_of("--line", text, "x1,y1,x2,y2") for text in self.line or ())
         added = Regions(
             tuple(Line(tuple(points)) for points in lines),  # type: ignore[arg-type]
