@@ -170,6 +170,16 @@ def test_who_stays_in_a_zone(go: Go) -> None:
 
 
 @pytest.mark.slow
+def test_a_class_that_no_detection_has_is_said_beside_one_that_some_have(go: Go) -> None:
+    Path("vans.py").write_text("def find(frame): return [(10, 60, 44, 30, 0.9, 'van')]\n")
+    wanted = "no detection was of class lorry; the detector found van"
+    for classes, missed in (("van,lorry", True), ("van", False)):
+        line = f"FILM --detector vans:find --classes {classes} -o r.csv --overwrite --end 9"
+        code, _, error = go(line)
+        assert (code, wanted in error) == (0, missed), error
+
+
+@pytest.mark.slow
 def test_detections_that_could_not_be_used_are_counted(go: Go) -> None:
     text = [f"{i + 1},-1,{4 * (i - 35) - 15},41,16,30,1" for i in range(45, 60)]
     Path("det.txt").write_text("\n".join(text))

@@ -99,7 +99,9 @@ class SceneTally(Tally):
 
     def remarks(self) -> Sequence[str]:
         """Return the events of each minute, and what is to be known of them."""
-        unused = getattr(self._scene.detector, "unused_detections", [])
+        unused = [*getattr(self._scene.detector, "unused_detections", [])]
+        if self._came and (unseen := self._scene.unseen_classes) is not None:
+            unused.append(unseen)
         turns = turn_table(self._counter.turns) if self._turns else []
         doubts = [
             f"counts are in doubt from frame {first} on: {DOUBTS[kind]}"

@@ -25,6 +25,7 @@ from motes.core.detection import (
     PreparedDetector,
     as_detections,
     check_callable,
+    class_names,
     usable,
 )
 from motes.core.errors import ConfigError, SourceError
@@ -237,6 +238,16 @@ class Scene:
         return None
 
     @property
+    def unseen_classes(self) -> str | None:
+        """Which classes that are asked for no detection had, of a detector that names none."""
+        wanted = self.config.detections.classes
+        missing = [name for name in wanted if name not in self._labels]
+        if not missing or class_names(self.detector):
+            return None
+        seen = ", ".join(sorted(self._labels))[:200] or "nothing"
+        return f"no detection was of class {', '.join(missing)}; the detector found {seen}"
+
+    @property
     def looks(self) -> dict[int, Look]:
         """How each object looked when it was last clear of others, if it ever was, by identity."""
         found = {each.identity: each.seen or each.known for each in self._state.objects}
@@ -323,8 +334,10 @@ class Scene:
         """Follow all objects into the next frame."""
         dt = FRAME_INTERVAL if self._last is None else frame.time - self._last.time
         self._last = frame
-        for each in found.detections or () if not self.created else ():
+        for each in found.detections or ():
             self._labels.add(each.label or "unknown")
+            if self.created:
+                continue
             self._surest = max(self._surest, each.score)
             self._usable = self._usable or usable(each, frame)
         ended = self._cut(frame) if found.change == "cut" else []
