@@ -597,6 +597,21 @@ STATES = (
 """Those of the frames of a row, and whether it has a place."""
 
 
+def test_guesses_that_are_marked_are_counted_where_their_frame_is_written(go: Tell) -> None:
+    """The guess in frame 1 is not, as another object is searched for in it."""
+    lines = ["frame,id,x,y,a,b,theta,confidence,status"]
+    for frame, state in enumerate(("tracking", "searching", "tracking")):
+        lines += [f"{frame},1,50,40,8,6,0,0.9,{state}", f"{frame},2,200,100,9,9,0,0.2,tracking"]
+    Path("rows.csv").write_text("\n".join(lines) + "\n")
+    counted = {
+        "a.json": "a target is lost or searched for; 2 guesses marked (",
+        "a.xml": "with the 3 frames in rows.csv; 3 guesses marked (",
+        "a.yolo": "lost or searched for, or guessed; 3 guesses left out (",
+    }
+    for target, said in counted.items():
+        go.says(f"convert rows.csv {target} --size 320x240", 0, said)
+
+
 def test_that_a_target_is_not_found_does_not_say_that_it_is_not_there(go: Tell) -> None:
     """The frames 1 to 3 are no pictures without it; frame 4 is one, as a user has marked it."""
     lines = ["frame,id,x,y,a,b,theta,confidence,status"]

@@ -109,7 +109,7 @@ def convert(
     identity
         Take only the object with this identity.
     """
-    from motes.cli.outputs import guesses_told, say_how_to_train, unseen
+    from motes.cli.outputs import guesses_told, say_how_to_train
     from motes.correction.history import History, check_beside, hand_on
     from motes.formats import mot, registry
     from motes.formats.recording import LABEL
@@ -150,7 +150,7 @@ def convert(
     there = sum(bool(row.objects or row.searched) for row in recorded)
     part = f"{there - made.missed} of the" if made.missed else "the"
     count = counted(there, "frame")
-    reason = f"; in the others a target is {unseen(made)}" * (made.missed > 0)
+    reason = f"; in the others a target is {made.missed_told(form)}" * (made.missed > 0)
     reason += guesses_told(form, made)
     if empty := len(recorded.frames) - there:
         reason += f"; nothing is in {counted(empty, 'other frame')} of its film"

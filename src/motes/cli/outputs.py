@@ -166,9 +166,8 @@ class DocumentOutput(Sink):
         """The document, or the journal in its place."""
         if self._done:
             made = self._written
-            without = (
-                f" without {counted(made.missed, 'frame')} in which a target is {unseen(made)}"
-            )
+            why = made.missed_told(self._form)
+            without = f" without {counted(made.missed, 'frame')} in which a target is {why}"
             guesses = guesses_told(self._form, made, self.hint)
             return f"{self.path}{without * (made.missed > 0)}{guesses}"
         return None if self._journal is None else f"{self.rows}, but not {self.path}"
@@ -222,11 +221,6 @@ def _length(film: Source | Film) -> int:
     with suppress(SourceError):  # it may be damaged by now
         return len(film.files) or len(Film.quickly(film.name, check=lambda: None).times)
     return 0
-
-
-def unseen(written: Written) -> str:
-    """Return what a target is in the frames that are left out."""
-    return "lost or searched for" + ", or guessed" * (written.guesses > 0)
 
 
 def guesses_told(form: str, written: Written, hint: str = DocumentOutput.hint) -> str:

@@ -421,17 +421,28 @@ class Written(NamedTuple):
     missed: int
     """The number of frames that are left out, as a target is lost or searched for there."""
     guesses: int
-    """The number of rows that are guesses; their frames are left out too, or they are marked."""
+    """The number of rows that are guesses; their frames are left out too, or they are marked in the
+    frames that are written."""
     unknown: int = 0
     """The number of frames that nobody has looked at, and that have a line in a truth: absent."""
+
+    def missed_told(self, form: str) -> str:
+        """Return what a target is in the frames that are left out."""
+        guessed = self.guesses > 0 and not marks_guesses(form)
+        return "lost or searched for" + ", or guessed" * guessed
 
     def guesses_told(self, form: str) -> str:
         """Return what has become of guesses in a format, in a few words; "" without any."""
         if not self.guesses:
             return ""
-        become = "marked" if HIDDEN in FORMATS.resolve(form).holds else "left out"
+        become = "marked" if marks_guesses(form) else "left out"
         number = f"{self.guesses} guess{'es' * (self.guesses != 1)}"
         return f"{number} {become} (interpolated, or confidence below {SURE})"
+
+
+def marks_guesses(form: str) -> bool:
+    """Return whether guesses stay in a format, as hidden objects."""
+    return HIDDEN in FORMATS.resolve(form).holds
 
 
 def write(
@@ -460,6 +471,10 @@ def write(
     if form.guess is not None and not guesses:
         told, count = marked(recorded, form.guess)
     kept = certain(told) if form.certain else told
+    if count and marks_guesses(name):
+        there = {row.frame for row in kept}
+        before = (each for row in recorded if row.frame in there for each in row.objects)
+        count = sum(each.guessed for each in before)
     pieces = _function(form.write)(kept, **thin)
     if form.folder:
         check_folder(path, form)
