@@ -59,11 +59,15 @@ def test_a_file_of_one_target(tmp_path: Path, form: str) -> None:
 def test_rows_that_are_read_and_written_again_are_the_same(
     tmp_path: Path, form: str, turn: float
 ) -> None:
-    """Also the last digit of a box, which a rounded ellipse does not have, and absent targets."""
+    """Also the last digit of a box, which a rounded ellipse does not have, and absent targets.
+
+    Of two objects one may be known in hindsight, and nothing tells whether the other is an outlier.
+    """
     ellipse = Ellipse.from_box((10.1, 3.0, 7.001, 5.003))._replace(theta=turn)
     seen = replace(track(2), ellipse=ellipse, outlier=True)
     absent = replace(track(3), status=Status.ABSENT, ellipse=Ellipse(*[np.nan] * 5))
-    one, known, several = (tmp_path / f"{name}.{form}" for name in ("one", "known", "several"))
+    names = "one", "known", "several", "mixed"
+    one, known, several, mixed = (tmp_path / f"{name}.{form}" for name in names)
     for path, further in ((one, ()), (known, HINDSIGHT)):
         with TrackWriter(path, further=further) as writer:
             for index, each in enumerate((None, None, seen, absent)):
@@ -73,7 +77,10 @@ def test_rows_that_are_read_and_written_again_are_the_same(
         van = replace(seen, identity=4, label="van, =old")
         objects = van, replace(track(2), identity=7, occluded_by=4)
         writer.add(FrameRow(2, 0.08, objects))
-    for path in (one, known, several):
+    with TrackWriter(mixed, further=HINDSIGHT) as writer:
+        writer.add(FrameRow(2, 0.08, (van, replace(track(2), identity=7, smoothed=True))))
+    assert read_track(mixed)["outlier"].tolist() == pytest.approx([np.nan, 0], nan_ok=True)
+    for path in (one, known, several, mixed):
         again = tmp_path / f"again.{form}"
         registry.write(again, form, registry.read(path, form, FilmFacts()))
         assert again.read_bytes() == path.read_bytes()

@@ -33,7 +33,7 @@ def write(recorded: Recording) -> Iterator[bytes]:
     pyarrow = _pyarrow()
     names, rows = table_of(recorded)
     columns = list(zip(*rows, strict=True)) or [()] * len(names)
-    kinds = dict.fromkeys((*WHOLE, "occluded_by"), pyarrow.int64())
+    kinds = dict.fromkeys((*WHOLE, "occluded_by", "outlier"), pyarrow.int64())
     kinds |= dict.fromkeys(TEXT, pyarrow.string())
     arrays = [
         pyarrow.array(values, kinds.get(name, pyarrow.float64()), from_pandas=True)  # NaN is null

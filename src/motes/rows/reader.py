@@ -45,7 +45,7 @@ def read_track(path: str | Path, *, pandas: bool = False) -> Any:
     """Return the rows of a file of tracks (.csv, .jsonl or .parquet), in the order of the file.
 
     The columns have the names in the file, which are those of `Track.to_dict`.
-    `frame`, `id` and `outlier` are whole numbers, `label`, `status` and
+    `frame` and `id` are whole numbers, `label`, `status` and
     `camera` text, all others floating-point numbers. An empty field is NaN, as the position where
     there was no track yet, or `occluded_by` where no object is in front.
 
@@ -165,8 +165,6 @@ def _table(lines: Iterator[Sequence[Any]]) -> NDArray[np.void]:
 def _values(name: str, fields: Sequence[str | float | None]) -> list[str | float]:
     """Return the fields of a column as values of its type."""
     value = _number if name in NUMBERS else _whole if name in WHOLE else _text
-    if name == "outlier":
-        fields = [field or 0 for field in fields]
     found: list[str | float] = []
     try:
         for field in fields:

@@ -35,13 +35,13 @@ CAMERA = "camera"
 KNOWN = (*COLUMNS, *HINDSIGHT, *GROUND)
 """All columns of an object that have a meaning."""
 
-WHOLE = ("frame", "id", "outlier")
-"""Columns of whole numbers. Only an outlier may be empty, which is then none."""
+WHOLE = ("frame", "id")
+"""Columns of whole numbers."""
 TEXT = ("label", "status", CAMERA)
 """Columns of text."""
 NUMBERS = tuple(name for name in KNOWN if name not in WHOLE and name not in TEXT)
 """Columns of numbers, which may be empty."""
-DIGITS = {"time": "z.6f", "effective_sample_size": "z.2f"}
+DIGITS = {"time": "z.6f", "effective_sample_size": "z.2f", "outlier": "z.0f"}
 DIGITS |= dict.fromkeys((*BOX, *ELLIPSE[:-1]), "z.3f")
 """How the numbers of a column are written; others have five digits after the point."""
 
