@@ -565,7 +565,7 @@ def test_doubtful_frames(go: Tell) -> None:
         ("check OTHER plain.csv", 3, "has only 23 frames; give the film of these rows"),
         ("check SLOW plain.csv", 3, "has frame 1 at 0.04 s, but"),
         ("check FILM rows.csv --sheet a.jpg", 5, "does not end in .png"),
-        ("smooth film.txt -o a.csv", 2, "ends neither in .csv nor in .jsonl"),
+        ("smooth film.txt -o a.csv", 2, "motes convert makes such rows of other formats."),
         ("smooth objects.csv -o a.csv", 3, "objects.csv lacks label, a, b, theta,"),
         ("refine FILM unsure.csv --at 3=BOX", 3, "unsure.csv lacks confidence among its columns"),
         ("smooth plain.csv -o plain.csv", 2, "plain.csv is the source and cannot be an output"),

@@ -57,7 +57,10 @@ def form_of(path: str | Path, form: Form | None = None) -> Form:
         return "csv"
     ending = as_path(path).suffix.lower()
     if ending not in FORMS:
-        raise ConfigError(f"{path} ends neither in .csv nor in .jsonl; rename it.")
+        raise ConfigError(
+            f"{path} ends neither in .csv nor in .jsonl, as rows of motes do; motes convert makes "
+            f"such rows of other formats."
+        )
     return FORMS[ending]
 
 
