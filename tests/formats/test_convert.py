@@ -485,7 +485,7 @@ def test_a_folder_with_other_files_is_not_replaced(go: Tell) -> None:
         ("convert none.csv b.xml", 3, "none.csv cannot be read: No such file"),
         ("convert one.csv b.yolo --from coco", 3, "one.csv: JSON is malformed"),
         ("convert no.rows.jsonl -o a.json", 3, "no.rows.jsonl cannot be read"),
-        ("convert . a.json --size 9x9", 3, "has no labels"),
+        ("convert . a.json --size 9x9", 3, "as of labelme, to COCO first"),
         ("convert r.csv -o a.json", 3, "format of r.csv is not clear; name it: csv, jsonl"),
         ("convert r.csv -o r.csv", 2, "cannot be an output"),
         ("convert r.csv -o a.mp4 --from csv", 2, "a.mp4 ends in none of .csv, .jsonl"),

@@ -129,7 +129,8 @@ def read(path: Path, facts: FilmFacts) -> Recording:
             raise FormatError(f"its labels are in {named}; give {which}")
         raise FormatError(
             "it has no labels of YOLO, texts named after frames, or after images that --video "
-            "names; of other formats give a file"
+            "names; of other formats give a file, and convert one for each picture, as of labelme, "
+            "to COCO first"
         )
     notes = note_on_names(stems.values(), facts)
     shifted = from_one and any(map(theirs.fullmatch, stems.values()))
