@@ -31,7 +31,6 @@ from motes.cli.option_groups import (
     Overwrite,
     Whole,
     WithGuesses,
-    say_rate,
 )
 from motes.cli.streams import log
 from motes.cli.track_units import UnitOptions, check_size
@@ -160,8 +159,11 @@ def convert(
         log(f"left out of {rows}: {'; '.join(left_out[:SAID])}{more}.")
     for note in recorded.notes:
         log(f"{rows}: {note}")
-    if recorded.assumed and video is None and TIMES in written.holds:
-        log(f"{rows} has no times, 25 frames a second are assumed; give --fps or --video.")
+    if recorded.assumed and TIMES in written.holds:
+        log(
+            f"{rows} has no times, 25 frames a second are assumed; give --fps, or a --video with "
+            f"times."
+        )
     ended = bool(recorded.length) or (known is not None and known.end is None)  # with its film
     last = (each.status in SHOWN for row in recorded.frames[-1:] for each in row.objects)
     if form == "cvat" != source and not ended and any(last):
@@ -224,10 +226,10 @@ def _facts(
         from motes.video.sources import is_recorded, open_source
 
         with open_source(video, fps=fps) as film:
-            if known is None:  # else the run has said it, and the rows have its times
-                say_rate(film)
-            else:
+            if known is not None:  # whose run has said what follows
                 known.check(film)
+            elif film.report.leap is not None:
+                log(f"{film.name}: {film.report.leap}")
             name, fps, known_frames = film.name, film.fps, film.frame_count
             files = film.files
             width, height = film.width, film.height
