@@ -30,7 +30,7 @@ class OpenCVTracker:
     Attributes
     ----------
     tracker
-        The `Tracker` behind it.
+        The `Tracker` behind it. Its images are RGB: to its `reinit` give `image[:, :, ::-1]`.
     """
 
     def __init__(

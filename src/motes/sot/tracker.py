@@ -117,6 +117,8 @@ class Tracker:
     def reinit(self, frame: Picture, region: Numbers) -> Track:
         """Forget the target and follow the object in `region` from here, in the same video.
 
+        An image counts as the next frame; to begin in the last one, give that as a `Frame`.
+
         Raises
         ------
         ConfigError
