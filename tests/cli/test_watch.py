@@ -169,6 +169,14 @@ def test_who_stays_in_a_zone(go: Go) -> None:
     assert "stays hall 1" in error
 
 
+def test_a_run_that_fails_in_its_first_frame_leaves_no_file(go: Go) -> None:
+    Path("gone.py").write_text("def find(frame): return 1 / 0\n")
+    for _ in range(2):
+        code, _, error = go("FILM --detector gone:find -o r.csv --events e.jsonl --end 9")
+        assert (code, "failed in frame 0: ZeroDivisionError" in error) == (2, True), error
+        assert not {*Path().glob("r.*"), *Path().glob("e.*")}
+
+
 @pytest.mark.slow
 def test_a_class_that_no_detection_has_is_said_beside_one_that_some_have(go: Go) -> None:
     Path("vans.py").write_text("def find(frame): return [(10, 60, 44, 30, 0.9, 'van')]\n")

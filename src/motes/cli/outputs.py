@@ -273,8 +273,9 @@ class Events(Lines):
     def __exit__(self, *exception: object) -> None:
         """Write the events that wait, and close the file."""
         try:
-            with suppress(BrokenPipeError):  # whoever reads standard output has left
-                self.put([event.json() for event in self._waiting])
+            if self._waiting:  # else a run that failed at once would leave an empty file
+                with suppress(BrokenPipeError):  # whoever reads standard output has left
+                    self.put([event.json() for event in self._waiting])
         finally:
             super().__exit__(*exception)  # type: ignore[arg-type]
 
