@@ -604,7 +604,7 @@ def test_bad_input_is_one_line(
         ("config", {}, "it needs the key type; known are particle_filter"),
         ("config", {"type": "mean_shift", "turn_sigma": 0.1}, "delete the key to go on with"),
         ("corrections", [[[0, [1, 2]]]], "A region has 4 numbers"),
-        ("form", 9, "of another version of motes"),
+        ("form", 2, "of another version of motes"),  # in which boxes were ellipses
     ],
 )
 def test_a_history_that_was_changed(

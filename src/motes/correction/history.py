@@ -24,7 +24,7 @@ from motes.sot.presets import TrackerConfig
 from motes.video.film import Film
 from motes.video.sources import Source, check_rate
 
-FORMAT = 2
+FORMAT = 3
 """Version of the file."""
 
 Marks = Sequence[tuple[int, Sequence[float] | None]]
