@@ -277,6 +277,7 @@ def bad(tmp_path_factory: pytest.TempPathFactory) -> Path:
         Path("damaged.csv.run.json").write_text(json.dumps({"form": 2}))
         Path("empty.csv").write_text("")
         Path("objects.csv").write_text(objects())
+        assert main(["convert", "rows.csv", "boxes.json"]) == 0
     return folder
 
 
@@ -290,6 +291,7 @@ def bad(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("refine rows.csv film.mkv --at 3=1,2,9,9", 2, "film.mkv seem to be exchanged"),
         ("draw film.mkv rows.csv -o film.mkv", 2, "is the source"),
         ("draw small.mkv rows.csv -o a.mkv", 3, "but the rows are of film.mkv, with 120x60"),
+        ("draw small.mkv boxes.json -o a.mkv", 3, "boxes.json is of a film of 120x60 pixels, not"),
         ("draw short.mkv alone.csv -o a.mkv", 3, "rows up to frame 29, but short.mkv ends with"),
         ("draw slow.mkv alone.csv -o a.mkv", 3, "has frame 1 at 0.04 s, but slow.mkv at 0.1 s"),
         ("draw slow.mkv alone.csv --figures a --scale 9", 3, "at 0.04 s, but slow.mkv at 0.1 s"),

@@ -82,6 +82,12 @@ def rows_in(
         times=() if read is None else read.times,
     )  # fmt: skip
     recorded = registry.read(path, form, facts)
+    head = recorded.head
+    if (head.width, head.height) not in ((0, 0), (film.width, film.height)):
+        raise InputError(
+            f"{path} is of a film of {head.width}x{head.height} pixels, not of {film.width}x"
+            f"{film.height}; give the film that it belongs to."
+        )
     rows = {row.frame: row for row in recorded}
     identities = {each.identity for row in rows.values() for each in row.objects}
     alone = len(identities) == 1 and ANONYMOUS not in identities
