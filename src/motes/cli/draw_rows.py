@@ -26,8 +26,8 @@ from motes.mot.analytics.real_units import (
     Columns,
     RealUnits,
     motion_in_hindsight,
-    moving_in_hindsight,
     seen_live,
+    with_speeds,
 )
 from motes.mot.analytics.regions import Regions
 from motes.rows.schema import FrameRow
@@ -163,7 +163,7 @@ def _measured(
         cut = {frame for frame, each in way.items() if each.box.is_cut(size)}
         tracks = [None if frame in cut else way.get(frame) for frame in frames]
         if given.metres:
-            places = moving_in_hindsight([seen_live(track) for track in tracks])
+            places = with_speeds([seen_live(track) for track in tracks])
         else:
             places = motion_in_hindsight(units, tracks)
         before: Columns = {}

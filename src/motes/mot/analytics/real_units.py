@@ -90,10 +90,6 @@ class Seen(NamedTuple):
         """Whether it is the place of a keyframe."""
         return not self.covariance.any()
 
-    def moving(self, near: Sequence[Seen]) -> Columns:
-        """Return the place, with the speed of the line through places near in time."""
-        return self.at_speed(speed_of(near) if len(near) >= LEAST_POINTS else NO_SPEED)
-
     def at_speed(self, speed: tuple[float, float]) -> Columns:
         """Return the place, with a speed and its deviation."""
         values = *self.place.tolist(), *np.sqrt(self.covariance.diagonal()).tolist(), *speed
@@ -143,7 +139,7 @@ class GroundMotion:
                 past.append(seen)
                 while len(past) > LEAST_POINTS and seen.time - past[0].time > SPEED_OVER:
                     past.popleft()
-                speed = speed_of(past) if len(past) >= LEAST_POINTS else NO_SPEED
+                speed = speed_of(past)
             self._known[each.identity] = past, speed
             columns = {} if seen is None else seen.at_speed(speed)
             if seen is not None and np.trace(each.covariance) < ROUNDING:
@@ -161,10 +157,10 @@ def motion_in_hindsight(units: RealUnits | None, tracks: Iterable[Track | None])
     if units is None:
         return [{} for _ in tracks]
     units = units.corrected()
-    return moving_in_hindsight([seen_in(units, track) for track in tracks])
+    return with_speeds([seen_in(units, track) for track in tracks])
 
 
-def moving_in_hindsight(seen: Sequence[Seen | None]) -> list[Columns]:
+def with_speeds(seen: Sequence[Seen | None]) -> list[Columns]:
     """Return the places in successive frames with their speeds, as `motion_in_hindsight`."""
     found: list[Columns] = [{}] * len(seen)
     stretch = list[Seen]()
@@ -174,7 +170,8 @@ def moving_in_hindsight(seen: Sequence[Seen | None]) -> list[Columns]:
         if each is None or (each.marked and len(stretch) > 1):
             first = end - len(stretch) + (each is not None)
             for index, one in enumerate(stretch):
-                found[first + index] = found[first + index] or one.moving(around(stretch, index))
+                if not found[first + index]:
+                    found[first + index] = one.at_speed(speed_of(around(stretch, index)))
             stretch = [] if each is None else [each]
     return found
 
@@ -232,8 +229,11 @@ def place_of(units: RealUnits, track: Track) -> tuple[Floats, Floats] | None:
 def speed_of(seen: Sequence[Seen]) -> tuple[float, float]:
     """Return the speed of the line through places at times, and its standard deviation.
 
-    Raises a ConfigError if all times are the same.
+    Of fewer than `LEAST_POINTS` places, both are NaN. Raises a ConfigError if all times are the
+    same.
     """
+    if len(seen) < LEAST_POINTS:
+        return NO_SPEED
     times = np.array([each.time for each in seen])
     if np.ptp(times) <= 0:
         raise ConfigError("A speed needs different times; give the frames their own.")
