@@ -3,6 +3,7 @@
 Annotations are evaluated here: the parser would look for their names in the module of a subclass.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -23,7 +24,8 @@ from motes.cli.option_groups import (
 )
 from motes.cli.streams import log
 from motes.core.errors import ConfigError
-from motes.correction.history import History, Marks
+from motes.correction.history import History
+from motes.correction.keyframes import Mark
 from motes.correction.rows import KnownRows
 from motes.mot.analytics.real_units import RealUnits
 from motes.rows.schema import text_name
@@ -108,7 +110,11 @@ def film_of_rows(
 
 
 def corrected_run(
-    source: str, rows: Path, options: TrackerOptions, identity: int | None, new: Marks = ()
+    source: str,
+    rows: Path,
+    options: TrackerOptions,
+    identity: int | None,
+    new: Sequence[Mark] = (),
 ) -> tuple[KnownRows, Film, History]:
     """Return the rows of one target, their film, and their history with its keyframes.
 

@@ -27,9 +27,9 @@ from motes.core.files import check_writable
 from motes.core.frame import Frame
 from motes.core.interrupts import deferred
 from motes.core.track import Status, Track
-from motes.correction.history import History, Marks
+from motes.correction.history import History
 from motes.correction.join import Stretch
-from motes.correction.keyframes import check_keyframes
+from motes.correction.keyframes import Mark, check_keyframes
 from motes.correction.rows import as_read
 from motes.mot.analytics.real_units import motion_in_hindsight
 from motes.rows.schema import HINDSIGHT
@@ -39,7 +39,7 @@ from motes.video.film import Film
 
 
 def track_between(
-    asked: Request[TrackerConfig], marks: Marks, region: Sequence[float] | None
+    asked: Request[TrackerConfig], marks: Sequence[Mark], region: Sequence[float] | None
 ) -> int:
     """Track a target between keyframes, write the outputs and print a summary.
 

@@ -28,9 +28,9 @@ from motes.core.errors import ConfigError, InputError, MotesError
 if TYPE_CHECKING:
     from motes.core.frame import Frame
     from motes.core.track import Track
+    from motes.correction.keyframes import Mark
     from motes.sot.tracker import Tracker
 
-Marks = list[tuple[int, Sequence[float] | None]]
 Begin = Callable[["Tracker", "Frame"], "Track | None"]
 """Tries to start a tracker on a frame; returns its track, or None if it has not started."""
 
@@ -107,7 +107,7 @@ class KeyframeOptions:
         """Whether any of these options is used."""
         return self.keyframes is not None or bool(self.at or self.absent)
 
-    def marks(self, source: str) -> Marks:
+    def marks(self, source: str) -> "list[Mark]":
         """Return the keyframes of these options for a source.
 
         Raises a ConfigError if an option has another form; and a FormatError if the file cannot be
@@ -116,7 +116,7 @@ class KeyframeOptions:
         from motes.core.geometry import as_ellipse, check_angle
         from motes.correction.keyframes import ABSENT, keyframes_of, marks_of
 
-        found: Marks = []
+        found: list[Mark] = []
         if self.keyframes is not None:
             with other_format_named(self.keyframes):
                 found += keyframes_of(self.keyframes, source).items()

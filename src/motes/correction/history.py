@@ -15,7 +15,7 @@ from motes.core.config import Config, checked_seed, from_dict
 from motes.core.errors import ConfigError, InputError
 from motes.core.files import check_writable, is_special, write_whole, writing
 from motes.correction.join import Stretch
-from motes.correction.keyframes import Region, keyframes
+from motes.correction.keyframes import Mark, Region, keyframes
 from motes.mot.analytics.real_units import RealUnits
 from motes.mot.analytics.regions import Regions
 from motes.rows.schema import text_name
@@ -26,8 +26,6 @@ from motes.video.sources import Source, check_rate
 
 FORMAT = 3
 """Version of the file."""
-
-Marks = Sequence[tuple[int, Sequence[float] | None]]
 
 
 class History(msgspec.Struct, frozen=True, kw_only=True):
@@ -112,7 +110,7 @@ class History(msgspec.Struct, frozen=True, kw_only=True):
         film: Film,
         config: TrackerConfig,
         seed: int,
-        marks: Marks,
+        marks: Sequence[Mark],
         units: RealUnits | None = None,
         preset: str | None = None,
     ) -> History:
@@ -200,7 +198,7 @@ class History(msgspec.Struct, frozen=True, kw_only=True):
             latest |= dict(keyframes(marks))
         return keyframes(latest.items())
 
-    def corrected(self, marks: Marks) -> History:
+    def corrected(self, marks: Sequence[Mark]) -> History:
         """Return the history with further marks; those of one command must not contradict.
 
         Marks that are all known already add nothing: a command that is repeated after a signal, or

@@ -35,6 +35,9 @@ Keyframes = Mapping[int, Region | None]
 Marks = Mapping[int, Numbers | None]
 """The same, with regions as users have them."""
 
+Mark = tuple[int, Sequence[float] | None]
+"""One of them: a frame, and the target's region there; None where it is absent."""
+
 ABSENT = "absent"
 TITLES = (
     ["x", "y", "width", "height"], ["x", "y", "w", "h"], ["x", "y", "a", "b", "theta"], ["region"],
@@ -92,7 +95,7 @@ def named(mark: Region | None) -> str:
     return ",".join(f"{value:g}" for value in mark)
 
 
-def marks_of(frames: str, region: str) -> list[tuple[int, Sequence[float] | None]]:
+def marks_of(frames: str, region: str) -> list[Mark]:
     """Return the marks of a text of frames, N or FIRST:LAST, and one of a region, or `absent`.
 
     Raises a ConfigError if a text has another form.
@@ -142,7 +145,7 @@ def read_keyframes(path: str | Path) -> dict[str, dict[int, Region | None]]:
         If the file cannot be read, has no keyframe, or a row has another form, with its number.
     """
     text = read_text(path, InputError)
-    marks: dict[str, list[tuple[int, Sequence[float] | None]]] = {}
+    marks: dict[str, list[Mark]] = {}
     size: int | None = None
     titled = False
     for number, line in enumerate(lines_of(text), start=1):
