@@ -13,7 +13,7 @@ def update(objects: Sequence[TrackedObject], frame: Frame, dt: float) -> list[Tr
     """Return the objects after a step of the filters of all that are visible.
 
     While another object is so near that one may occlude the other, an object's models do not
-    learn; its edges are learned when that begins.
+    learn.
     """
     after = list(objects)
     visible = [n for n, each in enumerate(objects) if not each.occluded]
