@@ -63,8 +63,9 @@ LAG = 3
 """Frames after which a detector learns where objects will be: it may run two frames ahead."""
 MANY = 10
 """Frames with detections after which most of their boxes tell that they are corners."""
-PERCENT = 10
-"""A score beyond this one has another scale than a least score below 1; logits stay below it."""
+OTHER_SCALE = 10
+"""A score above this is on another scale than a `least` below 1, as one in percent is. Logits stay
+below it."""
 
 
 class SceneState(msgspec.Struct, frozen=True, eq=False):
@@ -271,7 +272,7 @@ class Scene:
         ConfigError
             If the samples or the velocity of one cannot be used.
         """
-        self._expected = [_usable(each) for each in expected]
+        self._expected = [_checked(each) for each in expected]
 
     def update(self, frame: Frame | NDArray[Any]) -> list[Track]:
         """Return the objects in the next frame, also those that are occluded, oldest first.
@@ -400,7 +401,7 @@ class Scene:
                 f"right, bottom; a detector returns x, y, width, height"
             )
         least, most = rule.least or 0.0, max((each.score for each in found), default=0.0)
-        if 0 < least < 1 and PERCENT < most < math.inf:
+        if 0 < least < 1 and OTHER_SCALE < most < math.inf:
             said["scale"] = (
                 f"a score is {most:g}, and detections.least is {least:g}, which keeps nearly all; "
                 f"give both on one scale"
@@ -441,7 +442,7 @@ def _broken(found: Detection) -> bool:
     return not (all(map(math.isfinite, numbers)) and min(found.box[2:]) > 0)
 
 
-def _usable(expected: Expected) -> Expected:
+def _checked(expected: Expected) -> Expected:
     """Return an expected object; raise a ConfigError if its numbers cannot be used."""
     velocity = np.asarray(expected.velocity, np.float64)
     if velocity.shape != (2,) or not (np.abs(velocity) <= FARTHEST).all():

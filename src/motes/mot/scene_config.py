@@ -40,8 +40,8 @@ class DetectionSelection(Config, frozen=True):
     """Least score of a detection that is used; by default any. With a larger value fewer are
     used."""
     every: Count = 1
-    """The detector looks at every frame with this distance. Between these frames objects are
-    followed by their appearance alone. A larger value is faster and less exact."""
+    """The detector looks at every n-th frame, where n is this number. In the frames between,
+    objects are followed by their appearance alone. A larger value is faster and less exact."""
 
 
 class Smoothing(Config, frozen=True):
