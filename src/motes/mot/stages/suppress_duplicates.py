@@ -21,20 +21,16 @@ def suppress_duplicates(
 
     Those with the highest scores come first; of equal scores, the largest.
     """
-    useful = [each for each in detections if _useful(each, frame) and _wanted(each, config)]
+    useful = [
+        each
+        for each in detections
+        if math.isfinite(each.score)
+        and usable(each, frame)
+        and (not config.classes or each.label in config.classes)
+        and (config.least is None or each.score >= config.least)
+    ]
     useful.sort(key=lambda each: (-each.score, -each.box.width * each.box.height))
     surplus = max(len(useful) - config.limit, 0)
     useful = useful[: config.limit]
     kept = without_duplicates(as_rows(each.box for each in useful), DUPLICATE)
     return [useful[i] for i in kept], surplus
-
-
-def _useful(each: Detection, frame: Frame) -> bool:
-    """Return whether a tracker can start on a detection."""
-    return math.isfinite(each.score) and usable(each, frame)
-
-
-def _wanted(each: Detection, config: DetectionSelection) -> bool:
-    """Return whether a detection has a class and a score that are used."""
-    known = not config.classes or each.label in config.classes
-    return known and (config.least is None or each.score >= config.least)
