@@ -37,12 +37,12 @@ class ForegroundMemory:
         """Take the foreground (H, W) of a frame, and the objects' boxes in it."""
         self._mask, self._known = mask, known
 
-    def added(self, mask: Bytes, before: Bytes, known: Sequence[Box]) -> Bytes:
-        """Return a mask with those pixels of the one before that were foreground of the objects.
+    def added(self, mask: Bytes, differs: Bytes, known: Sequence[Box]) -> Bytes:
+        """Return a mask with what differs where objects had their foreground in the frame before.
 
         Parameters
         ----------
-        mask, before
+        mask, differs
             (H, W) of 0 and 1, without and with the pixels that light may explain.
         known
             Boxes of the known objects in this frame.
@@ -54,7 +54,7 @@ class ForegroundMemory:
         for i, j in best_partners(*overlapping_pairs(rows, last, SAME)).items():
             dx, dy = (rows[i, :2] - last[j, :2] + (rows[i, 2:] - last[j, 2:]) / 2).round().tolist()
             here, there = _windows(known[i], int(dx), int(dy), mask.shape)
-            out[here] |= before[here] & self._mask[there]
+            out[here] |= differs[here] & self._mask[there]
         return out
 
 

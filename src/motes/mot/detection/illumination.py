@@ -66,19 +66,19 @@ def without_light(
     return out
 
 
-def with_enclosed(mask: Bytes, before: Bytes) -> Bytes:
-    """Return a mask with the pixels of the one before that it encloses.
+def with_enclosed(mask: Bytes, differs: Bytes) -> Bytes:
+    """Return a mask with all that differs from the background inside of its outlines.
 
     A shadow lies beside an object. What looks like one inside of an outline is the object, such as
     a gray shirt before a white wall.
 
     Parameters
     ----------
-    mask, before
+    mask, differs
         (H, W) of 0 and 1, without and with the pixels that light may explain.
     """
     out = mask.copy()
-    kernels.components.fill_holes(closed(mask, (OUTLINE, OUTLINE)), before, out)
+    kernels.components.fill_holes(closed(mask, (OUTLINE, OUTLINE)), differs, out)
     return out
 
 
