@@ -27,10 +27,6 @@ def opened(mask: Bytes, size: int) -> Bytes:
 
 def closed(mask: Bytes, size: tuple[int, int]) -> Bytes:
     """Return the closing of a mask: with gaps filled up to a size in y and x."""
-    cv2 = opencv()
-    if cv2 is not None:
-        out: Bytes = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones(size, np.uint8))
-        return out
     return eroded(dilated(mask, size), size)
 
 
