@@ -36,7 +36,6 @@ from motes.sot.filtering.model_update import (
     PerCue,
     Strategy,
     UpdaterState,
-    any_changes,
     update_models,
 )
 from motes.sot.filtering.motion import LONGEST_INTERVAL, ConstantVelocity, Motion
@@ -131,13 +130,14 @@ class ParticleFilter(Algorithm[FilterState], Config, frozen=True, dict=True, tag
     @cached_property
     def learns(self) -> bool:
         """Whether any model ever changes."""
-        return any_changes(self.cues, self.strategies)
+        cues = self.cues.values()
+        own = any(type(cue).update_reading is not Cue.update_reading for cue in cues)
+        return own or any(strategy.learns for strategy in self.strategies.values())
 
     @cached_property
     def color_step(self) -> ColorStep | None:
         """The compiled step that gives the same as one part by part; None for most filters."""
-        parts = self.resampling, self.motion, self.cues, self.likelihood, self.presence
-        return ColorStep.of(*parts)
+        return ColorStep.of(self.resampling, self.motion, self.cues, self.likelihood, self.presence)
 
     def init(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse

@@ -97,7 +97,9 @@ class PrintedMixture(Fusion, Config, frozen=True, tag="printed_mixture"):
         self, names: Sequence[str], prior: Floats, logs: Floats, ellipses: Floats
     ) -> tuple[Weights, Floats]:
         """Return the particles' weights and the cues' shares (J,), as `Fusion.fuse` does."""
-        shares = _inverse(log_determinants(prior, logs, ellipses))
+        uncertainties = log_determinants(prior, logs, ellipses)
+        certainties = np.exp(uncertainties.min() - uncertainties)
+        shares = certainties / certainties.sum()
         mixed = np.logaddexp.reduce(np.log(shares)[:, None] + logs, axis=0)  # equation 10
         return Weights.from_log(prior + mixed), shares
 
@@ -118,13 +120,6 @@ def log_determinants(prior: Floats, logs: Floats, ellipses: Floats) -> Floats:
     prior, logs, ellipses = (np.ascontiguousarray(each) for each in (prior, logs, ellipses))
     kernels.fusion.log_determinants(prior, logs, ellipses, FLOOR, EQUAL, SINGULAR, out)
     return out
-
-
-def _inverse(logarithms: Floats) -> Floats:
-    """Return shares (J,) that sum to 1, inversely proportional to numbers of given logarithms."""
-    certainties = np.exp(logarithms.min() - logarithms)
-    shares: Floats = certainties / certainties.sum()
-    return shares
 
 
 def fuse_distances(distances: Floats, shares: Floats) -> Floats:

@@ -123,12 +123,6 @@ MODEL_UPDATES = Registry[type[Adaptation]](
 )
 
 
-def any_changes(cues: Mapping[str, Cue], strategies: Mapping[str, Strategy]) -> bool:
-    """Return whether any model ever changes."""
-    own = any(type(cue).update_reading is not Cue.update_reading for cue in cues.values())
-    return own or any(strategy.learns for strategy in strategies.values())
-
-
 def update_models(
     cues: Mapping[str, Cue],
     strategies: Mapping[str, Strategy],
