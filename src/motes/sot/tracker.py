@@ -84,12 +84,10 @@ class Tracker:
         self._algorithm: Algorithm[Any] = self.config
         self._seed = checked_seed(seed)
         self._direction = -1 if backward else 1
-        self._rng = np.random.Generator(np.random.PCG64(self._seed))
         self._state: Any = None
-        self._frame: Frame | None = None
         self._expected: Floats | None = None
-        self._status: Status | None = None
         self._angle = 0.0
+        self._restart()
 
     def init(self, frame: Picture, region: Numbers) -> Track:
         """Start on the object in `region`: a box (x, y, w, h) or an ellipse (x, y, a, b, theta).
@@ -349,7 +347,8 @@ class Tracker:
 
     def _restart(self) -> None:
         self._rng = np.random.Generator(np.random.PCG64(self._seed))
-        self._frame = self._status = None
+        self._frame: Frame | None = None
+        self._status: Status | None = None
 
     def _started(self) -> tuple[Any, Frame]:
         if self._state is None or self._frame is None:
