@@ -53,7 +53,7 @@ class Window(NamedTuple):
 
 def window_of(pixels: Bytes, ellipse: Ellipse) -> Window | None:
     """Return the window of an ellipse in a picture (H, W, 3); None if they do not meet."""
-    reach = max(REACH, SURROUNDINGS * REACH) * max(ellipse.a, ellipse.b)
+    reach = SURROUNDINGS * REACH * max(ellipse.a, ellipse.b)
     height, width = pixels.shape[:2]
     top, bottom = (int(np.clip(ellipse.y + side, 0, height)) for side in (-reach, reach + 1))
     left, right = (int(np.clip(ellipse.x + side, 0, width)) for side in (-reach, reach + 1))
