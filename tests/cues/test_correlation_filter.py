@@ -27,7 +27,7 @@ from motes.cues.search_window import (
     TURN,
     WIDEST,
     features,
-    grid,
+    grid_of,
     sectors,
 )
 from oracles import mosaic
@@ -87,7 +87,7 @@ def test_points_of_a_window_are_where_its_samples_are(turn: float) -> None:
     pixels = np.zeros((150, 200, 3), np.uint8)
     pixels[:, :, 0], pixels[:, :, 1] = np.arange(200), np.arange(150)[:, None]
     place = TARGET._replace(theta=turn)
-    samples = grid(place.a, place.b)
+    samples = grid_of(place.a, place.b)
     window = samples.sample_window(Frame(0, 0.0, pixels), place)
     column, row = samples.center
     offsets = np.array([[0.5, 0.5], [10.5, -7.5], [-20.5, 12.5]])
@@ -99,7 +99,7 @@ def test_points_of_a_window_are_where_its_samples_are(turn: float) -> None:
 
 def test_windows_see_every_ellipse_near_their_middle() -> None:
     rng = np.random.default_rng(4)
-    samples, place = grid(20, 14), TARGET._replace(theta=0.4)
+    samples, place = grid_of(20, 14), TARGET._replace(theta=0.4)
     frame = Frame(0, 0.0, np.zeros((150, 200, 3), np.uint8))
     ellipses = np.array(place) + rng.normal(0, 1, (300, 5)) * (60, 50, 4, 2, 0.6)
     ellipses[:, :2] = np.clip(ellipses[:, :2], 0, (199, 149))
@@ -119,7 +119,7 @@ def test_windows_see_every_ellipse_near_their_middle() -> None:
 
 @pytest.mark.parametrize("half", [(1, 1), (4, 4), (30, 50), (960, 540), (300, 3)])
 def test_a_window_costs_the_same_whatever_the_target(half: tuple[float, float]) -> None:
-    cells = grid(*half)
+    cells = grid_of(*half)
     assert cells.rows * cells.columns * CELL_SIZE**2 < 2 * SAMPLES**2
     assert cells.width <= 2 * half[0] * FINEST * 6  # at least six cells a side
     around = max(sum(half), 2 * LEAST_MARGIN)
@@ -231,7 +231,7 @@ def test_the_sector_of_a_gradient_is_that_of_its_angle() -> None:
 
 
 def test_the_taper_is_no_wider_than_the_target_asks_for() -> None:
-    square, thin = grid(20, 20), grid(10, 60)
+    square, thin = grid_of(20, 20), grid_of(10, 60)
     hann = np.outer(*(np.hanning(n + 2)[1:-1] for n in (square.rows, square.columns)))
     np.testing.assert_allclose(square.taper, hann, atol=1e-6)
     across = thin.taper[thin.rows // 2]

@@ -171,12 +171,12 @@ class Posterior(Cue, Config, frozen=True):
 
     def distances(self, model: PosteriorModel, frame: Frame, ellipses: Floats) -> Floats:
         """Return 1 - mean posterior of ellipses (N, 5), each in a window near it, (N,)."""
-        samples, ellipses = model.grid, as_ellipses(ellipses)
+        grid, ellipses = model.grid, as_ellipses(ellipses)
         out = np.zeros(len(ellipses))
-        for place, mine in samples.tile_windows(frame, model.place, ellipses):
-            offsets = samples.offsets(place, ellipses[mine, :2])
-            halves = CORE_FRACTION * ellipses[mine, 2:4] / samples.step(place)
-            integral = self.integral(model, samples.sample_window(frame, place))
+        for place, mine in grid.tile_windows(frame, model.place, ellipses):
+            offsets = grid.offsets(place, ellipses[mine, :2])
+            halves = CORE_FRACTION * ellipses[mine, 2:4] / grid.step(place)
+            integral = self.integral(model, grid.sample_window(frame, place))
             out[mine] = means(integral, np.hstack([offsets, halves]))
         return 1 - out
 
@@ -198,8 +198,8 @@ class Posterior(Cue, Config, frozen=True):
 
         The target is x, y samples off the window's center.
         """
-        samples = model.grid
-        middle, half = np.add(samples.center, (x, y)), np.array(samples.half)
+        grid = model.grid
+        middle, half = np.add(grid.center, (x, y)), np.array(grid.half)
         inner, outer = (
             (*(middle - share * half).tolist(), *(middle + share * half).tolist())
             for share in (CORE_FRACTION, 1.0)

@@ -162,18 +162,18 @@ class ConfinedFilter(Config, frozen=True):
     def learn(self, frame: Frame, ellipse: Ellipse) -> ConfinedModel:
         """Return the filter of the window around `ellipse`."""
         ellipse = as_ellipse(ellipse)
-        samples = _grid(ellipse.a, ellipse.b)
-        spectra = self._spectra(samples, frame, ellipse)
-        learned = self._solve(samples, spectra, None, samples.label(0.0, 0.0), 0.0)
+        grid = _grid(ellipse.a, ellipse.b)
+        spectra = self._spectra(grid, frame, ellipse)
+        learned = self._solve(grid, spectra, None, grid.label(0.0, 0.0), 0.0)
         model = ConfinedModel(ellipse.a, ellipse.b, learned, 1.0, 0)
         response = self.view(model, frame, ellipse).near(ellipse)
         return replace(model, reference=max(LEARNED_RESPONSE * response, 1e-6))
 
     def view(self, model: ConfinedModel, frame: Frame, place: Ellipse) -> ConfinedView:
         """Return what the filter sees around a place, in a target's size and angle there."""
-        samples = _grid(model.a, model.b)
-        spectra = self._spectra(samples, frame, place)
-        n = samples.cells
+        grid = _grid(model.a, model.b)
+        spectra = self._spectra(grid, frame, place)
+        n = grid.cells
         response = ridge.filtered(model.filter, np.ones((n, n // 2 + 1), np.float32), spectra)
         side = CELL_SIZE * n
         padded = np.zeros((side, n // 2 + 1), np.complex64)
@@ -181,8 +181,8 @@ class ConfinedFilter(Config, frozen=True):
         padded[:low], padded[side - high :] = response[:low], response[low:]
         plane = irfft2(padded, side)
         plane *= CELL_SIZE**2 / model.reference
-        pixels = samples.step(place)
-        radius = PEAK_RADIUS * samples.sigma * CELL_SIZE * pixels
+        pixels = grid.step(place)
+        radius = PEAK_RADIUS * grid.sigma * CELL_SIZE * pixels
         return ConfinedView(place, pixels, spectra, ridge.centered(plane), radius)
 
     def updated(
@@ -200,12 +200,12 @@ class ConfinedFilter(Config, frozen=True):
         """
         if not share:
             return model
-        samples, spectra = _grid(model.a, model.b), view.spectra
+        grid, spectra = _grid(model.a, model.b), view.spectra
         x, y = view.offset(target)
-        near = math.hypot(x, y) < 0.4 * math.sqrt(samples.wide * samples.high)
+        near = math.hypot(x, y) < 0.4 * math.sqrt(grid.wide * grid.high)
         if not (near and view.covers(target)):
-            spectra, x, y = self._spectra(samples, frame, target), 0.0, 0.0
-        learned = self._solve(samples, spectra, model.filter, samples.label(x, y), INERTIA / share)
+            spectra, x, y = self._spectra(grid, frame, target), 0.0, 0.0
+        learned = self._solve(grid, spectra, model.filter, grid.label(x, y), INERTIA / share)
         seen, reference = model.seen, model.reference
         if seen < REFERENCE_FRAMES:
             response = view.near(target) * reference
@@ -217,19 +217,19 @@ class ConfinedFilter(Config, frozen=True):
         """Return the filter that has also learned another frame, with the weight of all before."""
         return self.updated(model, frame, self.view(model, frame, ellipse), ellipse, INERTIA)
 
-    def _spectra(self, samples: ConfinedGrid, frame: Frame, place: Ellipse) -> Spectra:
+    def _spectra(self, grid: ConfinedGrid, frame: Frame, place: Ellipse) -> Spectra:
         """Return the transform (30, n, n // 2 + 1) of the window's tapered features."""
         place = as_ellipse(place)
-        side, step = samples.cells * CELL_SIZE, samples.step(place)
+        side, step = grid.cells * CELL_SIZE, grid.step(place)
         cells = features(cut(frame, place, (step, step), (side, side)))
         energy = float(np.vdot(cells, cells))
         gain = np.float32(math.sqrt(cells.size / (energy + 1e-6)))
-        cells *= ridge.taper(samples.cells, samples.cells) * gain
+        cells *= ridge.taper(grid.cells, grid.cells) * gain
         return rfft2(cells)
 
     def _solve(
         self,
-        samples: ConfinedGrid,
+        grid: ConfinedGrid,
         spectra: Spectra,
         before: Spectra | None,
         label: Spectra,
@@ -245,7 +245,7 @@ class ConfinedFilter(Config, frozen=True):
         before = np.zeros_like(spectra) if before is None else before
         learned = np.empty_like(spectra)
         kernels.fourier_ridge.alternate(
-            spectra, label, before, inertia, (FIRST_PENALTY, PENALTY), rounds, *samples.box, learned
+            spectra, label, before, inertia, (FIRST_PENALTY, PENALTY), rounds, *grid.box, learned
         )
         return learned
 

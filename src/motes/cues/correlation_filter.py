@@ -37,7 +37,7 @@ from motes.cues.fourier import (
     updated,
     vertex,
 )
-from motes.cues.search_window import CELL_SIZE, SampleGrid, WindowModel, features, grid, sectors
+from motes.cues.search_window import CELL_SIZE, SampleGrid, WindowModel, features, grid_of, sectors
 
 RIDGE = 1.0
 """Energy that is added to every frequency, so that those of low energy have less influence."""
@@ -81,8 +81,8 @@ class Correlation(Cue, Config, frozen=True):
     def learn(self, frame: Frame, ellipse: Ellipse) -> CorrelationModel:
         """Return the filter of the window around `ellipse`."""
         ellipse = as_ellipse(ellipse)
-        samples = grid(ellipse.a, ellipse.b)
-        spectra = self.spectra(samples, samples.sample_window(frame, ellipse))
+        grid = grid_of(ellipse.a, ellipse.b)
+        spectra = self.spectra(grid, grid.sample_window(frame, ellipse))
         numerator, power = np.zeros_like(spectra), np.zeros(spectra.shape[1:], np.float32)
         model = CorrelationModel(ellipse.a, ellipse.b, ellipse, numerator, power, numerator, power)
         model = self.updated(model, spectra, 1.0)
@@ -90,13 +90,13 @@ class Correlation(Cue, Config, frozen=True):
 
     def distances(self, model: CorrelationModel, frame: Frame, ellipses: Floats) -> Floats:
         """Return 1 - response at each ellipse (N, 5), in a window near it, (N,)."""
-        samples, ellipses = model.grid, as_ellipses(ellipses)
+        grid, ellipses = model.grid, as_ellipses(ellipses)
         out = np.zeros(len(ellipses))
-        for place, mine in samples.tile_windows(frame, model.place, ellipses):
+        for place, mine in grid.tile_windows(frame, model.place, ellipses):
             plane, _ = self.responses(
-                model, self.spectra(samples, samples.sample_window(frame, place))
+                model, self.spectra(grid, grid.sample_window(frame, place))
             )
-            out[mine] = sample_response(plane, samples.offsets(place, ellipses[mine, :2]))
+            out[mine] = sample_response(plane, grid.offsets(place, ellipses[mine, :2]))
         return 1 - np.clip(out, 0, 1)
 
     def update_reading(
@@ -113,10 +113,10 @@ class Correlation(Cue, Config, frozen=True):
         spectra = self.spectra(model.grid, model.grid.sample_window(frame, ellipse))
         return self.updated(model, spectra, 0.5)
 
-    def spectra(self, samples: SampleGrid, window: Singles) -> Spectra:
+    def spectra(self, grid: SampleGrid, window: Singles) -> Spectra:
         """Return the transform (30, h, w // 2 + 1) of a window's features (3, H, W), tapered."""
         cells = features(window)
-        cells *= samples.taper
+        cells *= grid.taper
         return rfft2(cells)
 
     def updated(
@@ -126,9 +126,9 @@ class Correlation(Cue, Config, frozen=True):
 
         The target is x, y samples off the window's center.
         """
-        samples = model.grid
-        rows, columns = frequencies(samples.rows), half_frequencies(samples.columns)
-        sigma = self.sharpness * math.sqrt(samples.width * samples.height) / CELL_SIZE
+        grid = model.grid
+        rows, columns = frequencies(grid.rows), half_frequencies(grid.columns)
+        sigma = self.sharpness * math.sqrt(grid.width * grid.height) / CELL_SIZE
         label = np.outer(
             gaussian(rows, sigma, y / CELL_SIZE), gaussian(columns, sigma, x / CELL_SIZE)
         )

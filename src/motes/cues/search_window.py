@@ -141,7 +141,7 @@ class WindowModel(msgspec.Struct, frozen=True, eq=False):
     @property
     def grid(self) -> SampleGrid:
         """The samples of the window around the target."""
-        return grid(self.a, self.b)
+        return grid_of(self.a, self.b)
 
 
 def _hann(cells: int, side: float) -> Floats:
@@ -184,7 +184,7 @@ def features(samples: Singles) -> Singles:
 
 
 @cache
-def grid(a: float, b: float) -> SampleGrid:
+def grid_of(a: float, b: float) -> SampleGrid:
     """Return the grid for a target whose half-axes were first a and b pixels."""
     width, height = 2 * a, 2 * b
     around = max((width + height) / 2, 2 * LEAST_MARGIN)

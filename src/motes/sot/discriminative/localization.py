@@ -85,24 +85,24 @@ def localize(
     standard `deviation` in pixels; by default it may be anywhere in the window.
     """
     sights = config.experts.look_again(known.experts, frame, place, sights)
-    samples = known.correlation.grid
-    window = samples.sample_window(frame, place)
-    spectra = config.correlation.spectra(samples, window)
+    grid = known.correlation.grid
+    window = grid.sample_window(frame, place)
+    spectra = config.correlation.spectra(grid, window)
     plane, first = config.correlation.responses(known.correlation, spectra)
     integral = config.posterior.integral(known.posterior, window)
-    half, step = samples.half, samples.step(place)
+    half, step = grid.half, grid.step(place)
     cues = PointCues(
         plane, CELL_SIZE / UPSAMPLING, integral, (CORE_FRACTION * half[0], CORE_FRACTION * half[1]),
         color_weight(known.contrast), config.sigma, (deviation / step[0], deviation / step[1]),
     )  # fmt: skip
-    centers = samples.points(place, _drawn(config, rng, samples, cues))
+    centers = grid.points(place, _drawn(config, rng, grid, cues))
     centers = np.minimum(np.maximum(centers, 0), (frame.width - 1, frame.height - 1))
     log_weights = np.empty(len(centers))
-    kernels.localization.weigh(cues, samples.offsets(place, centers), log_weights)
+    kernels.localization.weigh(cues, grid.offsets(place, centers), log_weights)
     weighed = Weights.from_log(log_weights)
     x, y = (weighed.values @ centers).tolist()
     found = place._replace(x=x, y=y)
-    box = np.append(samples.offsets(place, np.array(found[:2])), half)
+    box = np.append(grid.offsets(place, np.array(found[:2])), half)
     stands_out = contrast(integral, box)
     similarity = peak_near(first, box[0], box[1])
     evidence = config.evidence.log_odds(similarity, stands_out)
@@ -117,18 +117,18 @@ def localize(
 
 
 def _drawn(
-    config: DiscriminativeConfig, rng: np.random.Generator, samples: SampleGrid, cues: PointCues
+    config: DiscriminativeConfig, rng: np.random.Generator, grid: SampleGrid, cues: PointCues
 ) -> Floats:
     """Return particles (n, 2), in samples off the window's center.
 
     Half of them are spread over the window, the others around the maximum of the response. Then
     they are weighted, resampled and moved by less and less noise.
     """
-    side = math.sqrt(samples.width * samples.height)
+    side = math.sqrt(grid.width * grid.height)
     narrow, bin_side = config.correlation.sharpness * side, BIN * side / 2
     normal, offsets = rng.standard_normal((3, config.particles, 2)), rng.random(4)
     return kernels.localization.draw(
-        cues, normal, offsets, samples.half, narrow, bin_side, config.counts
+        cues, normal, offsets, grid.half, narrow, bin_side, config.counts
     )
 
 
