@@ -93,9 +93,7 @@ class Correlation(Cue, Config, frozen=True):
         grid, ellipses = model.grid, as_ellipses(ellipses)
         out = np.zeros(len(ellipses))
         for place, mine in grid.tile_windows(frame, model.place, ellipses):
-            plane, _ = self.responses(
-                model, self.spectra(grid, grid.sample_window(frame, place))
-            )
+            plane, _ = self.responses(model, self.spectra(grid, grid.sample_window(frame, place)))
             out[mine] = sample_response(plane, grid.offsets(place, ellipses[mine, :2]))
         return 1 - np.clip(out, 0, 1)
 

@@ -43,14 +43,14 @@ def find(
     rng: np.random.Generator,
     state: DiscriminativeState,
     frame: Frame,
-    sight: Prediction,
+    expected: Prediction,
 ) -> Found:
     """Return the target's place near the predicted one, or where another expert sees it.
 
     A far prediction may be wrong: unless the place there is decided, the last one is looked at as
     well. A missed target may be anywhere near.
     """
-    last, shift = state.ellipse, sight.likeliest(state.motion)
+    last, shift = state.ellipse, expected.likeliest(state.motion)
     predicted = moved(last, shift, frame)
     transition = None if state.standing.missed else state.motion.transition(predicted)
     experts = config.experts

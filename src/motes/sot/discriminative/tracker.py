@@ -113,10 +113,10 @@ class Discriminative(
     ) -> tuple[DiscriminativeState, StepInfo]:
         """Predict; localize, also turned and by a search if needed; estimate the size; learn."""
         picture = small_picture(frame)
-        sight = prediction.predictions(state.motion, picture, frame)
-        light = state.light.followed(*sight.shared)
+        expected = prediction.predictions(state.motion, picture, frame)
+        light = state.light.followed(*expected.shared)
         frame = light.taken_off(frame)
-        found = find(self, rng, state, frame, sight)
+        found = find(self, rng, state, frame, expected)
         if not state.scale_due and found.look.evidence < DECIDED and not found.jumped:
             found = found._replace(look=turned(self, rng, state, frame, found.look))
         if found.look.evidence < 0:
@@ -148,7 +148,7 @@ class Discriminative(
             after = self._learned(after, frame, look)
             light = light.learned(self.posterior.learning_rate)
         steady = not (jumped or state.standing.missed or standing.missed)
-        motion = sight.update(state.motion, state.ellipse, pose if steady else None)
+        motion = expected.update(state.motion, state.ellipse, pose if steady else None)
         experts = self.experts.updated(state.experts, frame, look.sights, pose, float(learned))
         identity = state.identity.after(frame, pose, motion.camera, seen=look.evidence > 0)
         # A tracked target is lost once that is decided: with less, part of it is often there.
@@ -280,11 +280,11 @@ class Discriminative(
         window, spectra, integral, box = look.window, look.spectra, look.integral, look.box
         resized = pose[2:4] != look.window_pose[2:4]
         if resized or math.hypot(*box[:2].tolist()) > CELL_SIZE:  # more than a cell off its center
-            samples = state.correlation.grid
-            window = samples.sample_window(frame, pose)
-            spectra = correlation.spectra(samples, window)
+            grid = state.correlation.grid
+            window = grid.sample_window(frame, pose)
+            spectra = correlation.spectra(grid, window)
             integral = posterior.integral(state.posterior, window)
-            box = np.array([0.0, 0.0, *samples.half])
+            box = np.array([0.0, 0.0, *grid.half])
         x, y = box[:2].tolist()
         scale = state.scale
         if not state.scale_due:  # it was in this frame
