@@ -142,9 +142,8 @@ def excluded(
     """
     indices = sorted(claims, key=lambda index: claims[index].against)
     seen = [claims[index] for index in indices]
-    before, now = (np.array(boxes).reshape(-1, 4) for boxes in (
-        [each.before.box for each in seen], [each.now.box for each in seen]
-    ))  # fmt: skip
+    before = np.array([each.before.box for each in seen]).reshape(-1, 4)
+    now = np.array([each.now.box for each in seen]).reshape(-1, 4)
     missed = np.array([each.missed for each in seen], bool)
     met = (iou(now[:, None], now) > SHARED) & (iou(before[:, None], before) <= SHARED)
     behind = (iou(now[:, None], now) > BESIDE) & (missed[:, None] | missed)
