@@ -38,7 +38,6 @@ from .output.scene_overlay import draw_scene as draw_scene
 from .rows.reader import read_track as read_track
 from .rows.writer import TrackWriter as TrackWriter
 from .sot.algorithm import Algorithm as Algorithm, StepInfo as StepInfo
-from .sot.batch import Trackers as Trackers
 from .sot.discriminative.tracker import Discriminative as Discriminative
 from .sot.known_target import KnownTarget as KnownTarget, Place as Place, load_places as load_places
 from .sot.mean_shift import MeanShift as MeanShift
@@ -51,6 +50,7 @@ from .sot.presets import (
     preset as preset,
 )
 from .sot.tracker import Tracker as Tracker
+from .sot.trackers import Trackers as Trackers
 from .video.image_files import read_image as read_image
 from .video.sources import Source as Source, open_source as open_source
 from .video.writer import VideoWriter as VideoWriter

@@ -23,10 +23,10 @@ from motes.core.track import Status, Track
 from motes.mot.analytics.real_units import GroundMotion
 from motes.mot.analytics.regions import Regions
 from motes.rows.schema import FORMS
-from motes.sot.batch import Trackers
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import TrackerConfig
 from motes.sot.tracker import Tracker
+from motes.sot.trackers import Trackers
 from motes.video.cuts import PictureChanges
 from motes.video.sources import Source
 
