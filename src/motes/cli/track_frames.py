@@ -30,7 +30,7 @@ from motes.sot.trackers import Trackers
 from motes.video.cuts import PictureChanges
 from motes.video.sources import Source
 
-EVENTS = 6
+LISTED = 6
 """Most losses and recoveries that are listed."""
 
 
@@ -127,7 +127,7 @@ def say_alone(film: Source) -> None:
         )
 
 
-class Changes:
+class Losses:
     """In how many frames an object was tracked, and when it was lost and found again."""
 
     def __init__(self) -> None:
@@ -153,9 +153,9 @@ class Changes:
 
     def told(self) -> list[str]:
         """Return the changes that the summary names."""
-        told = self._told[:EVENTS]
-        if len(self._told) > EVENTS:
-            told.append(f"{len(self._told) - EVENTS} more changes")
+        told = self._told[:LISTED]
+        if len(self._told) > LISTED:
+            told.append(f"{len(self._told) - LISTED} more changes")
         if self._away > 1:
             told.append("found after more than a second, look whether it is the same one")
         return told
@@ -174,7 +174,7 @@ class TargetTally(Tally):
         self._seconds = 0.0
         self._range = (sys.maxsize, 0)
         self._before: Moment | None = None
-        self._target = Changes()
+        self._target = Losses()
         self._pictures, self._cuts = PictureChanges(), list[str]()
 
     @property
@@ -218,7 +218,7 @@ class ObjectsTally(Tally):
 
     def __init__(self, objects: int) -> None:
         super().__init__()
-        self._each = [Changes() for _ in range(objects)]
+        self._each = [Losses() for _ in range(objects)]
         self._seconds = 0.0
 
     def add(self, moment: Moment) -> str:
