@@ -108,8 +108,8 @@ def checked_output(source: str, outputs: OutputOptions, others: Sequence[str | P
     names = (output, outputs.overlay, *others)
     files = [Path(name) for name in names if name is not None and name != "-"]
     if output is not None:
-        forms = usual_formats(output) if outputs.format is None else [outputs.format]
-        files += [journal_of(output) for form in forms if form not in STREAMED]
+        form = outputs.format or usual_format(output)
+        files += [journal_of(output)] if form not in (None, *STREAMED) else []
     check_not_source(source, *files)
     point_out_leftovers(*files)
     return output
@@ -133,14 +133,14 @@ def format_of(name: str, form: str | None) -> str:
     return form
 
 
-def usual_formats(name: str) -> list[str]:
-    """Return the format that a name's ending chooses, in a list; none if there is no such one."""
+def usual_format(name: str) -> str | None:
+    """Return the format that a name's ending chooses; None if there is no such one."""
     from motes.formats.registry import format_for
 
     try:
-        return [format_for(name)]
+        return format_for(name)
     except ConfigError:
-        return []
+        return None
 
 
 def check_several(name: str, form: str | None) -> None:

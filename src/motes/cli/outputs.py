@@ -17,7 +17,7 @@ from msgspec.structs import replace
 
 from motes.cli.annotated_video import AnnotatedVideo, Paint
 from motes.cli.frame_loop import Moment, Sink
-from motes.cli.input_checks import STREAMED, check_place, format_of, usual_formats
+from motes.cli.input_checks import STREAMED, check_place, format_of, usual_format
 from motes.cli.option_groups import FrameOptions, OutputOptions
 from motes.cli.streams import log
 from motes.core import interrupts
@@ -175,7 +175,7 @@ class DocumentOutput(Sink):
     @property
     def _remedy(self) -> str:
         words = ["motes", "convert", str(self.rows), "-o", str(self.path)]
-        if self._form not in usual_formats(str(self.path)):
+        if self._form != usual_format(str(self.path)):
             words += ["--to", self._form]
         if self._form == "cvat" and _kept(self._film):
             words += ["--video", self._film.name]  # which tells where it ends
