@@ -69,12 +69,12 @@ class RowsOutput(Sink):
         self._complete = kind is None
 
 
-class Remembered(Sink):
-    """What is to be remembered of a run, beside its rows, from before the first one on.
+class HistoryOutput(Sink):
+    """The history of a run, beside its rows, from before the first one on.
 
     Raises a FormatError if the file exists and must not be overwritten, or cannot be made. To
-    resume, the rows that are there are compared. As they may be of another run, what is remembered
-    of them stays until there is a new one.
+    resume, the rows that are there are compared. As they may be of another run, their history stays
+    until there is a new row.
     """
 
     def __init__(self, rows: Path, history: History, *, overwrite: bool, resume: bool) -> None:
@@ -310,7 +310,7 @@ class Request(Generic[Configuration]):
         return self.outputs.overwrite or self.resume
 
     @property
-    def remembered(self) -> Path | None:
+    def rows_file(self) -> Path | None:
         """The file of rows beside which a history is written; none of streams and documents."""
         output, form = self.output, self.outputs.format
         if output is None or output == "-" or is_special(output):
@@ -348,9 +348,9 @@ class Request(Generic[Configuration]):
         )
         return [RowsOutput(writer, options.label, resume=self.resume)]
 
-    def remembered_rows(self, film: Source) -> list[Sink]:
+    def rows_and_history(self, film: Source) -> list[Sink]:
         """Return what writes the rows, after what writes their history."""
-        outputs, rows = self.rows(film), self.remembered
+        outputs, rows = self.rows(film), self.rows_file
         if rows is None:
             return outputs
         history = History.of_run(
@@ -361,4 +361,4 @@ class Request(Generic[Configuration]):
             for left in leftovers(History.path(rows)):
                 left.unlink(missing_ok=True)
         overwrite, resume = self.outputs.overwrite, self.resume
-        return [Remembered(rows, history, overwrite=overwrite, resume=resume), *outputs]
+        return [HistoryOutput(rows, history, overwrite=overwrite, resume=resume), *outputs]

@@ -56,7 +56,7 @@ def track_between(
     for mark in history.keys.values():
         point_out_corners(mark, film.width, film.height)
     check_size(asked.units, film.name, film.width, film.height)
-    path, units = asked.remembered, asked.units
+    path, units = asked.rows_file, asked.units
     if path is not None:
         for each in (path, History.path(path)):
             check_writable(each, asked.overwrite)
@@ -80,7 +80,7 @@ class KeyframeRun(Tally):
         super().__init__()
         self.interrupted: KeyboardInterrupt | None = None
         """The interrupt that ended the run, or None."""
-        self._film, self._history, self._path = film, history, asked.remembered
+        self._film, self._history, self._path = film, history, asked.rows_file
         self._quiet = asked.output == "-"
         self._units = asked.units
         self._black = np.zeros((film.height, film.width, 3), np.uint8)

@@ -77,7 +77,7 @@ def _tracked(
         if figures is not None:
             drawn = part("figures", "--figures", "lab")
             opened.append(drawn(figures, asked.config, overwrite=asked.overwrite))
-        opened += asked.remembered_rows(film)
+        opened += asked.rows_and_history(film)
         motion = None if units is None else GroundMotion(units)
         quiet = output == "-" and sys.stdout.isatty()
         return run(film, opened, partial(moments, motion=motion), tally, quiet=quiet)

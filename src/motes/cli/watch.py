@@ -141,7 +141,7 @@ def watch(
             opened.append(Heatmap(outputs.heatmap, overwrite=outputs.overwrite))
         if outputs.paths is not None:
             opened.append(Paths(outputs.paths, overwrite=outputs.overwrite))
-        opened += asked.remembered_rows(film)
+        opened += asked.rows_and_history(film)
         return watch_scene(film, scene, counter, opened, asked.units, turns=counting.turns)
 
 
