@@ -6,7 +6,7 @@ import pytest
 from motes import Ellipse, Status
 from motes.core.types import Floats
 from motes.correction import Coordinates, Course, doubts, join
-from motes.correction.smoothing import Drift, Dynamics, fit_motion, outliers, smooth
+from motes.correction.smoothing import Drift, Dynamics, fit_motion, outliers, smoothed
 from motes.correction.support import support
 
 
@@ -22,7 +22,7 @@ def test_it_is_the_posterior_of_all_observations() -> None:
     valid = np.ones(n, bool)
     valid[[4, 5, 9]] = False
     motion = Dynamics(np.zeros(1), np.array([q]), np.array([r]))
-    path = smooth(seen[None], valid[None], ones(n)[None], {}, motion, None)
+    path = smoothed(seen[None], valid[None], ones(n)[None], {}, motion, None)
     steps = np.diff(np.eye(n), axis=0)
     precision = steps.T @ steps / q + np.diag(valid / r)
     covariance = np.linalg.inv(precision)
@@ -42,7 +42,7 @@ def test_the_pass_that_is_nearer_to_its_keyframe_counts_more() -> None:
     exact = {0: np.zeros(1), n - 1: np.zeros(1)}
     motion = Dynamics(np.zeros(1), np.array([0.1]), np.array([1e-3]))
     drift = Drift(np.array([0.3]), np.array([50.0]))
-    path = smooth(passes, np.ones((2, n), bool), relative, exact, motion, drift)
+    path = smoothed(passes, np.ones((2, n), bool), relative, exact, motion, drift)
     assert np.abs(path.mean).max() < 0.1  # half of it would be 0.4
     assert path.mean[5, 0] == pytest.approx(0, abs=0.05)
 

@@ -15,7 +15,7 @@ from motes.core.types import Flags, Floats
 from motes.correction.coordinates import Coordinates, overlap_probability
 from motes.correction.keyframes import Keyframes, Region
 from motes.correction.passes import Course
-from motes.correction.smoothing import Drift, fit_motion, outliers, smooth
+from motes.correction.smoothing import Drift, fit_motion, outliers, smoothed
 from motes.correction.support import Support, support
 
 CENTER_DRIFT, CENTER_MEMORY = 0.06, 10.0
@@ -166,9 +166,9 @@ def fuse(
     hidden = shared_variance(len(absent), [*keys], drift)
     if len(passes) == 2:
         motion = motion._replace(acceleration=SHARED_MOTION * motion.acceleration)
-        path = smooth(seen, used, relative, exact, motion, drift)
+        path = smoothed(seen, used, relative, exact, motion, drift)
     else:  # the drift of one pass alone cannot be told from motion
-        path = smooth(seen, used, relative, exact, motion, None)
+        path = smoothed(seen, used, relative, exact, motion, None)
         hidden *= 2
     ellipses, variances = space.ellipses(path.mean, path.variance + hidden)
     if not keys:  # nothing shows how far the pass has gone: it is not surer than the tracker was

@@ -103,7 +103,7 @@ def fit_motion(seen: Floats, valid: Flags, relative: Floats) -> Dynamics:
     return Dynamics(rho[best, 0], q[best, columns], noise)
 
 
-def smooth(
+def smoothed(
     passes: Floats,
     valid: Flags,
     relative: Floats,
