@@ -189,7 +189,7 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False, dict=True):
         cut_for = self.cut_for if self.occluded else self.cut_for + dt
         return replace(self, predicted=predicted, state=state, detected=False, cut_for=cut_for)
 
-    def without_look(self, dt: float) -> Self:
+    def wait(self, dt: float) -> Self:
         """Let the time without a detection stand still: the detector did not look at this frame."""
         return replace(self, last_time=self.last_time + dt)
 

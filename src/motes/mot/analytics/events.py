@@ -329,7 +329,7 @@ class EventCounter:
         known = [other for other in self._seen.values() if other.identity in self._walks]
         parts, shape = whole_of(each, known, self._walks, self._shapes[name].usual)
         others = (self._walks[part] for part in parts if part != each.identity)
-        if any(other.has_crossed(name) == crossed.direction for other in others):
+        if any(other.direction_at(name) == crossed.direction for other in others):
             self.left_out[name, PART] += 1
             walk.pass_by(name, crossed.direction)
         else:

@@ -137,7 +137,7 @@ class Trajectory:
         self.went[name] = direction
         self.near.add(name)
 
-    def has_crossed(self, name: str) -> str | None:
+    def direction_at(self, name: str) -> str | None:
         """Return the direction in which it crossed a line last; None if it has not."""
         return self.pending[name].direction if name in self.pending else self.went.get(name)
 
