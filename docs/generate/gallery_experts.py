@@ -12,8 +12,8 @@ from motes.core.types import Bytes, Floats
 from motes.cues.correlation_filter import sample_response
 from motes.cues.search_window import CELL_SIZE
 from motes.output.overlay import draw, font
+from motes.sot.discriminative.belief import GAIN, distances, look_at
 from motes.sot.discriminative.expert import probability
-from motes.sot.discriminative.identity import GAIN, distances, look_at
 from motes.sot.discriminative.state import DiscriminativeState
 from motes.synthetic import Pitch
 
@@ -60,7 +60,7 @@ def glowing(pixels: Bytes, response: Floats) -> Bytes:
 
 def belief_of(state: DiscriminativeState, frame: Frame, place: Ellipse) -> float:
     """Return the belief in the target if a frame alone told it, and it were at a place."""
-    known, look = state.identity, look_at(frame, place)
+    known, look = state.belief, look_at(frame, place)
     own = distances(np.vstack([known.first, known.known]), look).min()
     return probability(GAIN * float(distances(known.neighbors, look).min() - own))
 

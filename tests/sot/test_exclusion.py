@@ -153,9 +153,9 @@ def test_who_was_missed_or_told_already_gives_way() -> None:
     start, _ = config.init(rng, frame, Ellipse(50.0, 50.0, 10.0, 20.0))
 
     def state(x: float, distance: float, *, missed: int = 0) -> DiscriminativeState:
-        identity = replace(start.identity, distance=distance)
+        belief = replace(start.belief, distance=distance)
         standing = Standing(missed=missed, confirmed=1)
-        return replace(start, ellipse=at(x), identity=identity, standing=standing)
+        return replace(start, ellipse=at(x), belief=belief, standing=standing)
 
     here, near = [state(50, 0.01), state(50, 0.05)], [state(50, 0.01), state(60, 0.05)]
     assert {*config.elsewhere([state(20, 0), state(80, 0)], here)} == {1}

@@ -114,7 +114,7 @@ def test_an_expert_makes_the_tracker_surer_by_what_it_says() -> None:
         rng = np.random.default_rng(0)
         state, _ = config.init(rng, picture(), PLACE)
         after, info = config.step(rng, state, Frame(1, FRAME_INTERVAL, picture().pixels))
-        confidence = info.track.confidence / after.identity.belief
+        confidence = info.track.confidence / after.belief.probability
         evidence[says] = math.log(confidence / (1 - confidence))
     assert evidence[2.0] - evidence[-1.0] == pytest.approx(3.0)
 

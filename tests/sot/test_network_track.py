@@ -125,9 +125,9 @@ def test_a_doubt_who_it_is_lowers_the_confidence_and_moves_no_box(network: Netwo
     for tracker in (sure, doubting):
         tracker.init(frames[0], BOX)
     state = doubting._state
-    alike = np.tile(state.identity.first, (len(state.identity.neighbors), 1))
-    twins = replace(state.identity, lead=-0.3, neighbors=alike)
-    doubting._state = replace(state, identity=twins)
+    alike = np.tile(state.belief.first, (len(state.belief.neighbors), 1))
+    twins = replace(state.belief, lead=-0.3, neighbors=alike)
+    doubting._state = replace(state, belief=twins)
     one, other = sure.update(frames[1]), doubting.update(frames[1])
     assert one.ellipse == other.ellipse
     assert other.confidence < 0.5 * one.confidence

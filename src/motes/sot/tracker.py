@@ -378,7 +378,7 @@ class Tracker:
         return track
 
 
-FORMAT = 16
+FORMAT = 17
 """Version of the format of saved trackers."""
 L = TypeVar("L")
 

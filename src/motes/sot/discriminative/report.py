@@ -90,11 +90,11 @@ def _report(
         time=frame.time,
         ellipse=found,
         covariance=covariance,
-        confidence=probability(evidence) * state.identity.belief,
+        confidence=probability(evidence) * state.belief.probability,
         status=state.reported.status,
         distance=1 - min(max(similarity, 0.0), 1.0),
         effective_sample_size=weights.effective_sample_size,
-        belief=state.identity.belief,
+        belief=state.belief.probability,
     )
     share = color_weight(state.contrast)
     return StepInfo(

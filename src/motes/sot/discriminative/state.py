@@ -5,7 +5,7 @@ from __future__ import annotations
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes.cues.correlation_filter import ScaleModel
-from motes.sot.discriminative.identity import Identity
+from motes.sot.discriminative.belief import Belief
 from motes.sot.discriminative.localization import TargetModels
 from motes.sot.discriminative.network_track import NetworkTrack
 from motes.sot.discriminative.prediction import Light, MotionHistory
@@ -49,7 +49,7 @@ class DiscriminativeState(TargetModels, frozen=True, eq=False):
     """The last motion of the target and of the camera."""
     light: Light
     """The light of the scene."""
-    identity: Identity
+    belief: Belief
     """Whether what is followed is the target or a neighbor."""
     network: NetworkTrack | None = None
     """The target as a trained network follows it, if there is one."""

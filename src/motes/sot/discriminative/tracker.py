@@ -8,7 +8,7 @@ Where they part, both places are followed until the evidence of the next frames 
 is learned meanwhile (`standing.py`). The evidence of a place is the sum of the log odds that the
 near window and the experts give it. It decides whether the target is there, and so whether the
 tracker learns or searches. Whether it is the target or a neighbor who looks alike is a belief
-(`identity.py`) that is reported and changes nothing else. A trained network, if there is one,
+(`belief.py`) that is reported and changes nothing else. A trained network, if there is one,
 follows the target beside the particles (`network_track.py`).
 """
 
@@ -29,9 +29,9 @@ from motes.cues.color import borders, contrast
 from motes.cues.search_window import CELL_SIZE
 from motes.sot.algorithm import Algorithm, StepInfo
 from motes.sot.discriminative import prediction
+from motes.sot.discriminative.belief import GAIN, Belief
 from motes.sot.discriminative.config import DiscriminativeConfig
 from motes.sot.discriminative.expert import probability
-from motes.sot.discriminative.identity import GAIN, Identity
 from motes.sot.discriminative.localization import WindowEstimate
 from motes.sot.discriminative.network_track import AGREES, NetworkTrack
 from motes.sot.discriminative.placing import NO_PARTICLES, evidence_at, find, search, turned
@@ -103,7 +103,7 @@ class Discriminative(
             rival=Rival(box),
             motion=prediction.started(small_picture(frame)),
             light=Light(),
-            identity=Identity.begin(frame, box),
+            belief=Belief.begin(frame, box),
             network=NetworkTrack.begin(self.network, frame, box) if self.network else None,
         )
         return state, placed(self, state, frame)
@@ -150,13 +150,13 @@ class Discriminative(
         steady = not (jumped or state.standing.missed or standing.missed)
         motion = expected.update(state.motion, state.ellipse, pose if steady else None)
         experts = self.experts.updated(state.experts, frame, look.sights, pose, float(learned))
-        identity = state.identity.after(frame, pose, motion.camera, seen=look.evidence > 0)
+        belief = state.belief.after(frame, pose, motion.camera, seen=look.evidence > 0)
         # A tracked target is lost once that is decided: with less, part of it is often there.
         margin = DECIDED if state.reported.status is Status.TRACKING else 0.0
-        certain = probability(look.evidence + margin) * identity.belief
+        certain = probability(look.evidence + margin) * belief.probability
         reported = state.reported.after(certain - 0.5, jumped=jumped)
         after = replace(
-            after, motion=motion, light=light, experts=experts, identity=identity, reported=reported
+            after, motion=motion, light=light, experts=experts, belief=belief, reported=reported
         )
         info = report(self, after, frame, look, particles_of(look, state, pose))
         after, info = self._joined(rng, after, frame, info, look.evidence)
@@ -178,7 +178,7 @@ class Discriminative(
             if state.standing.confirmed:
                 missed = last.standing.missed > 0 or bool(last.taken.places)
                 leap = last.motion.leap(last.ellipse, state.ellipse)
-                against = GAIN * state.identity.distance + DECIDED * missed + leap
+                against = GAIN * state.belief.distance + DECIDED * missed + leap
                 claims[index] = Claim(last.ellipse, state.ellipse, missed, against)
         again = {}
         for index, (places, overlap) in excluded(claims, upon).items():
@@ -202,7 +202,7 @@ class Discriminative(
             correlation=self.correlation.learn_also(state.correlation, frame, place),
             posterior=self.posterior.learn_also(state.posterior, frame, place),
             experts=self.experts.learn_also(state.experts, frame, place),
-            identity=state.identity.learned_also(frame, place),
+            belief=state.belief.learned_also(frame, place),
         )
 
     def correct(
@@ -221,7 +221,7 @@ class Discriminative(
             reported=Standing(),
             rival=Rival(box),
             experts=self.experts.placed(state.experts, box),
-            identity=state.identity.placed(frame, box),
+            belief=state.belief.placed(frame, box),
             network=state.network and state.network.placed(box),
         )
         return state, placed(self, state, frame)

@@ -9,7 +9,7 @@ from motes import Status, Track, Tracker
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, Ellipse, iou
 from motes.core.types import Bytes
-from motes.sot.discriminative.identity import EVERY, MEMORY, Identity, distances, look_at
+from motes.sot.discriminative.belief import EVERY, MEMORY, Belief, distances, look_at
 from textured import blocks
 
 Color = tuple[int, int, int]
@@ -68,11 +68,11 @@ def test_who_is_followed_by_mistake_is_not_reported_as_the_target(seed: int) -> 
 
 def beliefs(frames: list[Frame], boxes: list[Box]) -> list[float]:
     """Return the belief after each frame if these boxes are followed."""
-    identity, found = Identity.begin(frames[0], Ellipse.from_box(boxes[0])), []
+    belief, found = Belief.begin(frames[0], Ellipse.from_box(boxes[0])), []
     for frame, box in zip(frames[1:], boxes[1:], strict=True):
         place = Ellipse.from_box(box)
-        identity = identity.after(frame, place, np.zeros(2), seen=True)
-        found.append(identity.belief)
+        belief = belief.after(frame, place, np.zeros(2), seen=True)
+        found.append(belief.probability)
     return found
 
 
@@ -89,12 +89,12 @@ def test_twins_are_one_as_likely_as_the_other(before: float) -> None:
     """Nothing that is seen tells them apart, however often it is seen."""
     frames, ours, _ = meeting(in_front=False, alike=True)
     place = Ellipse.from_box(ours[0])
-    identity = Identity.begin(frames[0], place)
-    twins = np.tile(identity.first, (MEMORY, 1))
-    identity = replace(identity, neighbors=twins, lead=before)
+    belief = Belief.begin(frames[0], place)
+    twins = np.tile(belief.first, (MEMORY, 1))
+    belief = replace(belief, neighbors=twins, lead=before)
     for frame in 60 * frames[:1]:
-        identity = replace(identity.after(frame, place, np.zeros(2), seen=True), neighbors=twins)
-    assert identity.belief == pytest.approx(0.5, abs=0.05)
+        belief = replace(belief.after(frame, place, np.zeros(2), seen=True), neighbors=twins)
+    assert belief.probability == pytest.approx(0.5, abs=0.05)
 
 
 def test_a_target_that_turns_back_to_an_earlier_side_is_believed_in() -> None:
@@ -122,26 +122,26 @@ def test_what_does_not_move_is_no_neighbor() -> None:
 def test_a_camera_that_moves_makes_no_neighbors_of_the_scenery() -> None:
     wall = blocks(11, 240, 600, 8, (0, 0, 0), (255, 255, 255))
     box = Ellipse(220.0, 100.0, 15.0, 20.0)
-    identity = Identity.begin(Frame(0, 0.0, wall[:200, :320]), box)
+    belief = Belief.begin(Frame(0, 0.0, wall[:200, :320]), box)
     for index in range(1, 5 * EVERY):
         pixels = wall[:200, 3 * index : 320 + 3 * index]
         place = box._replace(x=220.0 - 3 * index)
-        identity = identity.after(
+        belief = belief.after(
             Frame(index, index * FRAME_INTERVAL, pixels), place, np.array([-3.0, 0.0]), seen=True
         )
-    assert not identity.neighbors.any()
+    assert not belief.neighbors.any()
 
 
 def test_nothing_is_known_of_who_is_not_seen() -> None:
     frames, ours, others = meeting(in_front=False)
-    identity = Identity.begin(frames[0], Ellipse.from_box(ours[0]))
+    belief = Belief.begin(frames[0], Ellipse.from_box(ours[0]))
     for frame in frames[1:30]:
         place = Ellipse.from_box(ours[0])
-        identity = identity.after(frame, place, np.zeros(2), seen=True)
+        belief = belief.after(frame, place, np.zeros(2), seen=True)
     wrong = Ellipse.from_box(others[30])
-    unseen = identity.after(frames[30], wrong, np.zeros(2), seen=False)
-    assert unseen.belief == identity.belief
-    assert identity.after(frames[30], wrong, np.zeros(2), seen=True).belief < identity.belief
+    unseen = belief.after(frames[30], wrong, np.zeros(2), seen=False)
+    assert unseen.probability == belief.probability
+    assert belief.after(frames[30], wrong, np.zeros(2), seen=True).probability < belief.probability
 
 
 def test_looks_tell_a_shirt_from_trousers() -> None:

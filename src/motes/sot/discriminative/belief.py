@@ -55,7 +55,7 @@ PLACES = np.stack(np.meshgrid(STEPS, STEPS), axis=-1).reshape(-1, 2)
 """(n, 2), the centers of the boxes of the target's size in the window, in samples from its own."""
 
 
-class Identity(msgspec.Struct, frozen=True, eq=False):
+class Belief(msgspec.Struct, frozen=True, eq=False):
     """The belief after a frame, and the looks that it follows from (`look_at`)."""
 
     first: Singles
@@ -81,7 +81,7 @@ class Identity(msgspec.Struct, frozen=True, eq=False):
     """Number of frames since the target was placed."""
 
     @property
-    def belief(self) -> float:
+    def probability(self) -> float:
         """The probability that what is followed is the target."""
         return probability(GAIN * self.lead)
 
@@ -121,7 +121,7 @@ class Identity(msgspec.Struct, frozen=True, eq=False):
     def _kept(self, frame: Frame, target: Ellipse, look: Singles, seen: bool) -> Self:
         """Return the belief with the looks of this frame, if the target is believed to be there."""
         now = replace(self, place=target, grays=grays(frame, target), shift=np.zeros(2))
-        if not seen or self.belief < 0.5:  # neither it nor what is beside it is to be kept
+        if not seen or self.probability < 0.5:  # neither it nor what is beside it is to be kept
             return replace(now, recent=np.tile(self.known[-1], (EVERY, 1)))
         neighbor, neighbors = self._neighbor(frame, target), self.neighbors
         if neighbor is not None:
