@@ -27,9 +27,9 @@ from motes.formats.recording import (
     ANONYMOUS,
     FilmFacts,
     Recording,
-    alone,
     are_samples,
     placed,
+    searched_in,
     sound,
     stride_of,
 )
@@ -252,7 +252,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     left_out = [text.format(counted(*number)) for text, number in others.items() if number[0]]
     names = {name for each in given for name in each.attributes} - KNOWN
     left_out += unread(names | read_json(path, _Keys).others())
-    searched = alone(unplaced, objects)
+    searched = searched_in(unplaced, objects)
     found = Recording.of(facts, objects, times, size, files, left_out, searched)
     numbers = sorted(times)
     return replace(found, notes=notes, stride=stride_of(numbers), listed=are_samples(numbers))

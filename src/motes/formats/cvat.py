@@ -28,9 +28,9 @@ from motes.formats.recording import (
     MOST_FRAMES,
     FilmFacts,
     Recording,
-    alone,
     frames_between,
     placed,
+    searched_in,
     sound,
 )
 from motes.formats.shapes import (
@@ -80,7 +80,7 @@ def write(recorded: Recording, keyframe_error: float = KEYFRAME_ERROR) -> Iterat
   <version>1.1</version>
   <meta>
     <task>
-{_frames_of_task(recorded, end)}
+{_task_lines(recorded, end)}
       <labels>
 {labels}
       </labels>
@@ -98,7 +98,7 @@ def write(recorded: Recording, keyframe_error: float = KEYFRAME_ERROR) -> Iterat
     yield b"</annotations>\n"
 
 
-def _frames_of_task(recorded: Recording, end: int) -> str:
+def _task_lines(recorded: Recording, end: int) -> str:
     """Return the lines on the frames of the task, which ends before the frame `end`."""
     first = recorded.frames[0].frame if end else 0
     seen = range(first, end, recorded.stride)
@@ -178,7 +178,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
         raise FormatError("it has a shape that is in no track and in no image")
     _check_one_task(root, [*tracks, *images])
     ids, step, unplaced = set[int](), _step(root), set[int]()
-    task = _annotated(root, step)
+    task = _task_frames(root, step)
     end = min(facts.frames or task.stop, task.stop) if task is not None else facts.frames or 0
     for place, track in enumerate(tracks):
         with at(f"track {track.get('id', place)}"):
@@ -189,7 +189,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
             objects += _read_track(track, identity, _label(track, facts), step, end)
             shapes = (shape for shape in track if shape.tag in UNREAD)
             unplaced |= {_frame(shape) for shape in shapes if not _flag(shape, "outside")}
-    frames, notes = _frames_of(images, images_of(facts))
+    frames, notes = _image_frames(images, images_of(facts))
     files = dict[int, str]()
     for image, frame in zip(images, frames, strict=True):
         with at(f"image {image.get('id', image.get('name', ''))}"):
@@ -220,14 +220,14 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     shapes = (shape for part in (*tracks, *images) for shape in part if shape.tag in SHAPES)
     left_out += unread({each.get("name", "") for shape in shapes for each in shape})
     size = _size(root, images)
-    searched = alone(unplaced, objects)
+    searched = searched_in(unplaced, objects)
     found = Recording.of(facts, objects, times, size, named, left_out, searched)
     if tracks and [*facts.files] != sorted(facts.files):
         notes.append(ORDER)
     return replace(found, notes=notes, stride=step)
 
 
-def _frames_of(images: list[Element], known: Mapping[str, int]) -> tuple[list[int], list[str]]:
+def _image_frames(images: list[Element], known: Mapping[str, int]) -> tuple[list[int], list[str]]:
     """Return the frames of images, and what was assumed for them.
 
     Of a folder they are those of the film's images of their names, and of a video the numbers that
@@ -268,7 +268,7 @@ def _step(root: Element) -> int:
     return next((int(step[1]) for step in found if step), 1)
 
 
-def _annotated(root: Element, step: int) -> range | None:
+def _task_frames(root: Element, step: int) -> range | None:
     """Return the frames that a task of tracks has; None where it does not tell them."""
     for place in METAS:
         size, first = (_whole(root.findtext(f"{place}/{name}")) for name in ("size", "start_frame"))

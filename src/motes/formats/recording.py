@@ -31,28 +31,28 @@ ANONYMOUS = -1
 
 @dataclass(frozen=True, slots=True)
 class Recording:
-    """The objects of a film, in memory; `frames` are in order.
-
-    `left_out` is what of the file is not here, and `notes` how the rest was understood, each in a
-    few words; `assumed` is whether times are those of 25 frames a second, as no rate is known, and
-    `timed` whether the file has times of its own.
-    `length` is the film's number of frames, 0 if unknown; `told` is whether nothing is in those
-    that the file does not name; `single` is whether it is of one target, by its format.
-    `stride` is that of the run or task, which skips the frames in between. `listed` is whether
-    nobody has looked at any other frame, as between keyframes: objects go on there.
-    """
+    """The objects of a film, in memory."""
 
     head: Header
     frames: Sequence[FrameRow]
+    """In order."""
     left_out: Sequence[str] = ()
     notes: Sequence[str] = ()
+    """What of the file is not here, and how the rest was understood, each in a few words."""
     assumed: bool = False
+    """Whether times are those of 25 frames a second, as no rate is known."""
     timed: bool = True
+    """Whether the file has times of its own."""
     length: int = 0
+    """The film's number of frames; 0 if unknown."""
     told: bool = False
+    """Whether a frame that the file does not name is known to have no objects."""
     single: bool = False
+    """Whether it is of one target, by its format."""
     stride: int = 1
+    """That of the run or task, which skips the frames in between."""
     listed: bool = False
+    """Whether nobody has looked at other frames, as between keyframes: objects go on there."""
 
     @classmethod
     def of(
@@ -226,10 +226,10 @@ def stride_of(frames: Sequence[int]) -> int:
     return math.gcd(*(two - one for one, two in pairwise(frames))) if len(frames) > 2 else 1
 
 
-def alone(frames: Iterable[int], objects: Iterable[Track]) -> list[tuple[int, int]]:
-    """Return what is `searched` in frames that show nothing but objects whose places are not read.
+def searched_in(frames: Iterable[int], objects: Iterable[Track]) -> list[tuple[int, int]]:
+    """Return what `Recording.of` takes as `searched` for frames that show objects without a place.
 
-    Others would take such a frame for an empty one.
+    Only frames without any of the `objects` need it, which would else be taken for empty ones.
     """
     return [(frame, ANONYMOUS) for frame in {*frames} - {each.frame for each in objects}]
 
