@@ -71,7 +71,7 @@ class Registry(Generic[T]):
     def resolve(self, name: str) -> T:
         """Return the implementation of a name.
 
-        Raises a ConfigError for an unknown name; lists the known ones, and a PluginError if the
+        Raises a ConfigError that lists the known names for an unknown one, and a PluginError if the
         package that adds the name cannot be used.
         """
         own = self._own.get(name)

@@ -47,10 +47,9 @@ class Lines:
 
     The file is made by the first `put`, even of no line, or at the end of a run that had none.
     Lines are in the file when `put` returns. Raises a ConfigError if standard output is to be
-    resumed; and a FormatError when it is created, if the file exists or cannot be written. Later,
-    if the disk is full, the file was deleted or an existing line differs. Lines written before
-    stay. A last line that was cut off is completed. `matched` lines existed before, and `count`
-    includes these.
+    resumed; and a FormatError at once if the file exists or cannot be written, later if the disk is
+    full, the file was deleted, or an existing line differs. Lines written before stay. A last line
+    that was cut off is completed. `matched` lines existed before, and `count` includes these.
     """
 
     def __init__(self, name: str, overwrite: bool = False, *, resume: bool = False) -> None:
