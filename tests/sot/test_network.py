@@ -94,8 +94,8 @@ def test_the_family_is_read_from_the_files_in_any_order(folder: Path) -> None:
 def test_views_are_decoded_as_numpy_does(network: Network, at: tuple[int, int]) -> None:
     """The networks are simple enough to be computed here, from the pixels on."""
     frame, place = picture(*at), Ellipse(at[0] + 17.3, at[1] + 26.8, 22, 31, 0.0)
-    model = network.learn(picture(150, 100), Ellipse.from_box(TARGET))
-    view = network.look(model, frame, place)
+    template = network.learn(picture(150, 100), Ellipse.from_box(TARGET))
+    view = network.look(template, frame, place)
     width, height = 44.0, 62.0
     if family(network) == "siamese":
         learned = math.sqrt((40 + 50) * (60 + 50))

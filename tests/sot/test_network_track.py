@@ -11,11 +11,12 @@ from motes import Discriminative, OpenCVTracker, Status, Tracker
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, Ellipse, iou
+from motes.core.types import Singles
 from motes.sot.discriminative.network_track import AGREES, NetworkTrack
 from motes.sot.discriminative.redetection import MIN_HALF_AXIS
 from motes.sot.discriminative.report import at_region
 from motes.sot.discriminative.standing import FRAMES, Rival, Standing, Taken
-from motes.sot.network.network import Network, NetworkModel
+from motes.sot.network.network import Network
 from motes.sot.network.view import Choice, NetworkView
 from onnx_trackers import save_pair
 
@@ -48,11 +49,11 @@ class Reds(Network, frozen=True):
         """Return a name of its family."""
         return "reds"
 
-    def learn(self, frame: Frame, ellipse: Ellipse) -> NetworkModel:
+    def learn(self, frame: Frame, ellipse: Ellipse) -> Singles:
         """Return any model."""
-        return NetworkModel(np.zeros((1, 1, 1, 1), np.float32))
+        return np.zeros((1, 1, 1, 1), np.float32)
 
-    def look(self, model: NetworkModel, frame: Frame, place: Ellipse) -> NetworkView:
+    def look(self, template: Singles, frame: Frame, place: Ellipse) -> NetworkView:
         """Return one box."""
         rows, columns = np.nonzero(frame.pixels[:, :, 0] > 200)
         x, y = columns.mean(), rows.mean()
@@ -175,7 +176,7 @@ def test_particles_that_are_elsewhere_begin_again_where_the_network_is() -> None
 
 
 def test_only_frames_in_a_row_decide_between_them() -> None:
-    track = NetworkTrack(NetworkModel(np.zeros((1, 1, 1, 1), np.float32)), AWAY)
+    track = NetworkTrack(np.zeros((1, 1, 1, 1), np.float32), AWAY)
     for lead in (1.0, 5.0, -0.1, -3.0, 2.0, 0.1):
         track = track.compared(lead)
         assert track.ahead is (lead > 0)

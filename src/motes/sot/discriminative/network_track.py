@@ -17,9 +17,10 @@ from msgspec.structs import replace
 
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse
+from motes.core.types import Singles
 from motes.sot.discriminative.redetection import MIN_HALF_AXIS
 from motes.sot.discriminative.standing import FRAMES, Standing
-from motes.sot.network.network import Network, NetworkModel
+from motes.sot.network.network import Network
 
 AGREES = 0.3
 """Overlap of two boxes from which they show the same target."""
@@ -28,8 +29,8 @@ AGREES = 0.3
 class NetworkTrack(msgspec.Struct, frozen=True, eq=False):
     """What the network knows of the target, and how it stands to the particles."""
 
-    model: NetworkModel
-    """The template of the first frame."""
+    template: Singles
+    """The network's template of the target, from the first frame."""
     place: Ellipse
     """Where the network sees the target, in its own size and proportions."""
     score: Annotated[float, Meta(ge=0, le=1)] = 1.0
@@ -53,7 +54,7 @@ class NetworkTrack(msgspec.Struct, frozen=True, eq=False):
 
     def followed(self, network: Network, frame: Frame) -> Self:
         """Return the track with the box that the network chooses in the next frame."""
-        box, score = network.look(self.model, frame, self.place).best()
+        box, score = network.look(self.template, frame, self.place).best()
         ends = np.array([frame.width, frame.height])
         seen = np.array(Ellipse.from_box(box))
         seen[:2] = np.clip(seen[:2], 0, ends - 1)
@@ -74,7 +75,7 @@ class NetworkTrack(msgspec.Struct, frozen=True, eq=False):
 
     def placed(self, place: Ellipse) -> Self:
         """Return the track, begun again at a place."""
-        return type(self)(self.model, place)
+        return type(self)(self.template, place)
 
     def mean(self, box: Box, confidence: float) -> Ellipse:
         """Return the ellipse in the mean of the particles' box and its own: it sees no turn.

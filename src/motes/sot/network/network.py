@@ -66,13 +66,6 @@ KEPT_OPEN = 4
 """Networks that a process keeps open, for all its trackers."""
 
 
-class NetworkModel(msgspec.Struct, frozen=True, eq=False):
-    """What a network has learned of a target."""
-
-    template: Singles
-    """What the network compares regions with; its form is the family's."""
-
-
 class Network(Config, frozen=True):
     """A trained network in ONNX files: which ones, and how they are run."""
 
@@ -119,23 +112,23 @@ class Network(Config, frozen=True):
         """
         return _opened(self).name
 
-    def learn(self, frame: Frame, ellipse: Ellipse) -> NetworkModel:
-        """Return the model of the target in an ellipse of a frame.
+    def learn(self, frame: Frame, ellipse: Ellipse) -> Singles:
+        """Return the template of the target in an ellipse of a frame; its form is the family's.
 
         The network sees the upright box of an ellipse. Raises the errors of `open`.
         """
         frame = as_frame(frame)
         opened = _opened(self)
-        return NetworkModel(opened.family.learn(opened.sessions, frame, as_ellipse(ellipse)))
+        return opened.family.learn(opened.sessions, frame, as_ellipse(ellipse))
 
-    def look(self, model: NetworkModel, frame: Frame, place: Ellipse) -> NetworkView:
+    def look(self, template: Singles, frame: Frame, place: Ellipse) -> NetworkView:
         """Return the boxes that the network sees around a place, and their scores.
 
         Raises a ConfigError if the place has no area or is not finite. And the errors of `open`.
         `place` is where the target is expected, and its expected size.
         """
         opened = _opened(self)
-        return opened.family.look(opened.sessions, model.template, frame, as_ellipse(place))
+        return opened.family.look(opened.sessions, template, frame, as_ellipse(place))
 
 
 class _Opened(msgspec.Struct, frozen=True):
