@@ -110,7 +110,7 @@ class EventCounter:
             self._zones = {name: zone.beyond(size) for name, zone in self._zones.items()}
         self._shapes = {name: UsualShape() for name in self._lines}
         self._seen: dict[int, Track] = {}
-        self._walks: dict[int, Trajectory] = {}
+        self._paths: dict[int, Trajectory] = {}
         self._ended: list[Trajectory] = []
         self._turn = 0
         self.counts, self.totals = Counter(), Counter()
@@ -143,38 +143,38 @@ class EventCounter:
         self._seen = {each.identity: each for each in tracks if each.status is Status.TRACKING}
         for each in tracks:
             if each.identity in self._seen:
-                events += self._walk(each)
-            elif each.gone and each.identity in self._walks:
+                events += self._visible(each)
+            elif each.gone and each.identity in self._paths:
                 events += self._end(each)
         time = tracks[0].time if tracks and time is None else time
         return self._counted(events + ([] if time is None else self._closed(time - JOINED)))
 
     def finish(self) -> list[Event]:
         """Return the events of the last frames that no later frame can undo, at a film's end."""
-        walks, self._walks = self._walks, {}
-        events = [event for walk in walks.values() for event in self._last(walk)]
-        self._ended += walks.values()
+        paths, self._paths = self._paths, {}
+        events = [event for path in paths.values() for event in self._last(path)]
+        self._ended += paths.values()
         return self._counted(events + self._closed(math.inf))
 
     @property
     def undecided(self) -> int | None:
         """The first frame that may still get an event; None if no frame so far may."""
-        walks = [*self._walks.values(), *self._ended]
-        frames = [event.frame for walk in walks for event in walk.undecided()]
-        hidden = [walk for walk in self._walks.values() if walk.turn < self._turn]
-        return min([*frames, *(walk.frame for walk in hidden if walk.zones)], default=None)
+        paths = [*self._paths.values(), *self._ended]
+        frames = [event.frame for path in paths for event in path.undecided()]
+        hidden = [path for path in self._paths.values() if path.turn < self._turn]
+        return min([*frames, *(path.frame for path in hidden if path.zones)], default=None)
 
-    def _last(self, walk: Trajectory) -> list[Event]:
+    def _last(self, path: Trajectory) -> list[Event]:
         """Return the last events of an object; those that do not count are noted."""
-        now = walk.feet[-1][0]
-        walk.settle(now, 0)
-        events = walk.counted(now)
-        self.left_out.update((event.place or "", BRIEF) for event in walk.sure)
-        walk.sure = []
-        walk.touched |= {
-            event.place or "" for event in walk.over.values() if event.event == "enters"
+        now = path.feet[-1][0]
+        path.settle(now, 0)
+        events = path.counted(now)
+        self.left_out.update((event.place or "", BRIEF) for event in path.sure)
+        path.sure = []
+        path.touched |= {
+            event.place or "" for event in path.over.values() if event.event == "enters"
         }
-        walk.over = {}
+        path.over = {}
         return events
 
     def _closed(self, before: float) -> list[Event]:
@@ -182,15 +182,15 @@ class EventCounter:
 
         No other object has gone on with their paths.
         """
-        done = [walk for walk in self._ended if walk.feet[-1][0] <= before]
-        self._ended = [walk for walk in self._ended if walk.feet[-1][0] > before]
-        for walk in done:
-            self.left_out.update((name, EDGE) for name in walk.touched)
-            if walk.counts(walk.feet[-1][0]) and not walk.continued:
-                self.abrupt.update(walk.found | walk.lost)
-            if walk.crossed and not walk.continued:
-                self.turns[walk.crossed[0], walk.crossed[-1] if len(walk.crossed) > 1 else ""] += 1
-        return [event for walk in done for event in walk.leaving]
+        done = [path for path in self._ended if path.feet[-1][0] <= before]
+        self._ended = [path for path in self._ended if path.feet[-1][0] > before]
+        for path in done:
+            self.left_out.update((name, EDGE) for name in path.touched)
+            if path.counts(path.feet[-1][0]) and not path.continued:
+                self.abrupt.update(path.found | path.lost)
+            if path.crossed and not path.continued:
+                self.turns[path.crossed[0], path.crossed[-1] if len(path.crossed) > 1 else ""] += 1
+        return [event for path in done for event in path.leaving]
 
     def remarks(self) -> list[str]:
         """Return a line for each place at which nothing counted, or something was left out."""
@@ -223,62 +223,62 @@ class EventCounter:
 
     def _begin(self, foot: Point, time: float, limit: float, upon: set[str]) -> Trajectory:
         """Return a new path, or one that goes on with that of an object that is not seen."""
-        walk = Trajectory(time, foot, deque(), found=upon)
-        unseen = [old for identity, old in self._walks.items() if identity not in self._seen]
+        path = Trajectory(time, foot, deque(), found=upon)
+        unseen = [old for identity, old in self._paths.items() if identity not in self._seen]
         before = [
             old
             for old in (*self._ended, *unseen)
             if not old.continued and old.known(self._turn) and old.off(foot, time, JOINED) <= limit
         ]
         if len(before) == 1:  # of two it could be either
-            walk.go_on(before[0])
-        return walk
+            path.go_on(before[0])
+        return path
 
-    def _walk(self, each: Track) -> list[Event]:
+    def _visible(self, each: Track) -> list[Event]:
         """Return the events of a visible object."""
         box, time = each.box, each.time
         foot, limit = box.foot, JUMP * math.sqrt(box.width * box.height)
         events, jumped, upon = list[Event](), False, self._upon(box)
-        walk = self._walks.get(each.identity)
-        appears = walk is None
-        if walk is not None and not walk.known(self._turn):
-            events += self._stop(each, self._walks.pop(each.identity))
-            walk = None
-        if walk is None:
-            walk = self._walks[each.identity] = self._begin(foot, time, limit, upon)
+        path = self._paths.get(each.identity)
+        appears = path is None
+        if path is not None and not path.known(self._turn):
+            events += self._stop(each, self._paths.pop(each.identity))
+            path = None
+        if path is None:
+            path = self._paths[each.identity] = self._begin(foot, time, limit, upon)
         else:
             # It then holds something else than before, such as two objects that touch. What was
             # hidden for more than half a second may be anywhere.
-            lately = 1.1 * (walk.feet[-1][0] - walk.feet[0][0])  # times may be in milliseconds
-            if walk.rows == 2:  # the frame between may have missed it
+            lately = 1.1 * (path.feet[-1][0] - path.feet[0][0])  # times may be in milliseconds
+            if path.rows == 2:  # the frame between may have missed it
                 lately *= 2
-            jumped = walk.continued or walk.off(foot, time, lately) > limit
-            if jumped and walk.rows == 2:  # or its second box did, before it had a way
-                for name in self._lines.keys() & walk.pending.keys():
-                    if walk.pending[name].frame == walk.frame:  # no part of its path before
+            jumped = path.continued or path.off(foot, time, lately) > limit
+            if jumped and path.rows == 2:  # or its second box did, before it had a path
+                for name in self._lines.keys() & path.pending.keys():
+                    if path.pending[name].frame == path.frame:  # no part of its path before
                         self.left_out[name, JUMPED] += 1
-                        del walk.pending[name]
-        if walk.continued:
-            walk.continued, walk.crossed = False, []
-        walk.step(time, foot, cut=box.is_cut(self._size), ground=self._ground)
-        walk.frame, walk.turn, walk.upon = each.frame, self._turn, upon
+                        del path.pending[name]
+        if path.continued:
+            path.continued, path.crossed = False, []
+        path.step(time, foot, cut=box.is_cut(self._size), ground=self._ground)
+        path.frame, path.turn, path.upon = each.frame, self._turn, upon
         if appears:
-            events.append(self._event(each, walk, foot, "appears"))
-        walk.jumped = walk.jumped or jumped
-        walk.walked = not walk.jumped and (walk.walked or math.dist(walk.first, foot) >= box.height)
-        walk.settle(time, SETTLED)
-        events += walk.counted(time)
+            events.append(self._event(each, path, foot, "appears"))
+        path.jumped = path.jumped or jumped
+        path.walked = not path.jumped and (path.walked or math.dist(path.first, foot) >= box.height)
+        path.settle(time, SETTLED)
+        events += path.counted(time)
         for name, line in self._lines.items():
             if jumped:
-                if crossing(line.points, walk.clear.get(name, foot), foot):
+                if crossing(line.points, path.clear.get(name, foot), foot):
                     self.left_out[name, JUMPED] += 1
-                walk.clear[name] = foot
-                walk.over.pop(name, None)
+                path.clear[name] = foot
+                path.over.pop(name, None)
             else:
-                self._cross(each, walk, foot, name, line)
+                self._cross(each, path, foot, name, line)
         for name, zone in self._zones.items():
-            self._visit(each, walk, foot, name, zone)
-        return events + walk.counted(time)
+            self._visit(each, path, foot, name, zone)
+        return events + path.counted(time)
 
     def _upon(self, box: Box) -> set[str]:
         """Return the names of the lines upon which an object stands, and of the zones it is in.
@@ -291,119 +291,119 @@ class EventCounter:
             return lines
         return lines | {name for name, zone in self._zones.items() if zone.holds(foot)}
 
-    def _cross(self, each: Track, walk: Trajectory, foot: Point, name: str, line: Line) -> None:
+    def _cross(self, each: Track, path: Trajectory, foot: Point, name: str, line: Line) -> None:
         """Note where an object is beside a line, and whether it has crossed it."""
-        height, before = each.box.height, walk.clear.get(name)
+        height, before = each.box.height, path.clear.get(name)
         off, last = distance(line.points, foot), None
         clear = off >= CLEAR * height
-        if name in walk.near:
-            last = walk.went[name]
+        if name in path.near:
+            last = path.went[name]
             if off >= AWAY * max(height, each.box.width) and not any(
-                crossing(line.points, at, foot) for _, at in walk.feet
+                crossing(line.points, at, foot) for _, at in path.feet
             ):
-                walk.near.remove(name)
+                path.near.remove(name)
         if before is None and clear:
-            past = walk.past(foot, each.time)
-            came = crossing(line.points, walk.first, foot) is not None
+            past = path.past(foot, each.time)
+            came = crossing(line.points, path.first, foot) is not None
             before = past if came and distance(line.points, past) >= CLEAR * height else foot
             if before is past:
-                walk.found = walk.found - {name}
+                path.found = path.found - {name}
         side = None if before is None else crossing(line.points, before, foot)
         if before is None or side is None:
-            walk.over.pop(name, None)
+            path.over.pop(name, None)
         else:
             place = meeting_point(line.points, before, foot)
-            event = self._event(each, walk, place, "crosses", name, line.label[side == "right"])
-            _note(walk, name, event)
-            clear = clear and name not in walk.near
+            event = self._event(each, path, place, "crosses", name, line.label[side == "right"])
+            _note(path, name, event)
+            clear = clear and name not in path.near
         if clear:
-            walk.clear[name] = foot
-            crossed = walk.over.pop(name, None)
+            path.clear[name] = foot
+            crossed = path.over.pop(name, None)
             if crossed is None or crossed.direction == last:  # it has jumped back meanwhile
                 return
-            if walk.pending.pop(name, None) is None:  # else it is back
-                self._begin_crossing(each, walk, name, crossed)
+            if path.pending.pop(name, None) is None:  # else it is back
+                self._begin_crossing(each, path, name, crossed)
 
-    def _begin_crossing(self, each: Track, walk: Trajectory, name: str, crossed: Event) -> None:
+    def _begin_crossing(self, each: Track, path: Trajectory, name: str, crossed: Event) -> None:
         """Note a crossing, unless another part of the same vehicle has crossed the line before."""
-        known = [other for other in self._seen.values() if other.identity in self._walks]
-        parts, shape = whole_of(each, known, self._walks, self._shapes[name].usual)
-        others = (self._walks[part] for part in parts if part != each.identity)
+        known = [other for other in self._seen.values() if other.identity in self._paths]
+        parts, shape = whole_of(each, known, self._paths, self._shapes[name].usual)
+        others = (self._paths[part] for part in parts if part != each.identity)
         if any(other.direction_at(name) == crossed.direction for other in others):
             self.left_out[name, PART] += 1
-            walk.pass_by(name, crossed.direction)
+            path.pass_by(name, crossed.direction)
         else:
-            walk.pending[name] = crossed
+            path.pending[name] = crossed
             self._shapes[name].add(shape)
 
-    def _visit(self, each: Track, walk: Trajectory, foot: Point, name: str, zone: Zone) -> None:
+    def _visit(self, each: Track, path: Trajectory, foot: Point, name: str, zone: Zone) -> None:
         """Note where an object is beside the edge of a zone, and what it does there."""
-        time, holds, inside = each.time, zone.holds(foot), name in walk.zones
-        if name in walk.near:
+        time, holds, inside = each.time, zone.holds(foot), name in path.zones
+        if name in path.near:
             longer = max(each.box.height, each.box.width)
             off = zone.depth(foot) / min(longer, self._reach[name])
-            beside = off >= AWAY and all(zone.holds(at) == holds for _, at in walk.feet)
+            beside = off >= AWAY and all(zone.holds(at) == holds for _, at in path.feet)
             if beside or off >= 1:  # some pass a zone within half a second
-                walk.near.remove(name)
+                path.near.remove(name)
         if not holds:
-            walk.outside.add(name)
+            path.outside.add(name)
         if holds == inside:
-            touched = walk.over.pop(name, None) is not None
-            walk.touched |= {name} if touched and not inside else set()
+            touched = path.over.pop(name, None) is not None
+            path.touched |= {name} if touched and not inside else set()
         else:
-            _note(walk, name, self._event(each, walk, foot, "enters" if holds else "leaves", name))
-            event = walk.over[name]
+            _note(path, name, self._event(each, path, foot, "enters" if holds else "leaves", name))
+            event = path.over[name]
             margin = min(CLEAR * each.box.height, self._reach[name])
-            found = name not in walk.outside and time - event.time >= FOUND
-            if (zone.depth(foot) < margin or name in walk.near) and not found:
+            found = name not in path.outside and time - event.time >= FOUND
+            if (zone.depth(foot) < margin or name in path.near) and not found:
                 return
-            del walk.over[name]
-            left = walk.pending.pop(name, None)
+            del path.over[name]
+            left = path.pending.pop(name, None)
             if not holds:
-                seconds = event.time - walk.zones.pop(name)
-                walk.pending[name] = replace(event, seconds=seconds)
+                seconds = event.time - path.zones.pop(name)
+                path.pending[name] = replace(event, seconds=seconds)
                 return
-            walk.touched.discard(name)
+            path.touched.discard(name)
             if left is None:
-                walk.sure.append(event)
-                walk.pass_by(name, None)
-                walk.stays.discard(name)
+                path.sure.append(event)
+                path.pass_by(name, None)
+                path.stays.discard(name)
             since = event if left is None else left  # and is back
-            walk.zones[name] = since.time - (since.seconds or 0)
-        if name in walk.zones and zone.dwell is not None and name not in walk.stays:
-            seconds = time - walk.zones[name]
+            path.zones[name] = since.time - (since.seconds or 0)
+        if name in path.zones and zone.dwell is not None and name not in path.stays:
+            seconds = time - path.zones[name]
             if seconds >= zone.dwell:
-                walk.stays.add(name)
-                walk.sure.append(self._event(each, walk, foot, "stays", name, seconds=seconds))
+                path.stays.add(name)
+                path.sure.append(self._event(each, path, foot, "stays", name, seconds=seconds))
 
-    def _stop(self, each: Track, walk: Trajectory) -> list[Event]:
+    def _stop(self, each: Track, path: Trajectory) -> list[Event]:
         """Return the last events of a path.
 
         It left its zones when it was seen last, unless another object goes on with it.
         """
-        last, foot = walk.feet[-1]
-        walk.lost = walk.upon
-        events = self._last(walk)
-        if walk.counts(last):
+        last, foot = path.feet[-1]
+        path.lost = path.upon
+        events = self._last(path)
+        if path.counts(last):
             left = [
-                self._event(each, walk, foot, "leaves", name, seconds=last - since)
-                for name, since in walk.zones.items()
+                self._event(each, path, foot, "leaves", name, seconds=last - since)
+                for name, since in path.zones.items()
             ]
-            walk.leaving = [replace(event, frame=walk.frame, time=last) for event in left]
-        self._ended.append(walk)
+            path.leaving = [replace(event, frame=path.frame, time=last) for event in left]
+        self._ended.append(path)
         return events + self._closed(each.time - JOINED)
 
     def _end(self, each: Track) -> list[Event]:
         """Return the events of an object that is gone. It disappears now."""
-        walk = self._walks.pop(each.identity)
-        last, foot = walk.feet[-1]
-        events = self._stop(each, walk)
-        return [*events, self._event(each, walk, foot, "disappears", seconds=last - walk.since)]
+        path = self._paths.pop(each.identity)
+        last, foot = path.feet[-1]
+        events = self._stop(each, path)
+        return [*events, self._event(each, path, foot, "disappears", seconds=last - path.since)]
 
     def _event(
         self,
         each: Track,
-        walk: Trajectory,
+        path: Trajectory,
         place: Point,
         kind: Kind,
         name: str | None = None,
@@ -411,13 +411,13 @@ class EventCounter:
         seconds: float | None = None,
     ) -> Event:
         return Event(
-            each.frame, each.time, kind, each.identity, *place, walk.speed, name, direction,
-            seconds, walk.metres_per_second, each.label,
+            each.frame, each.time, kind, each.identity, *place, path.speed, name, direction,
+            seconds, path.metres_per_second, each.label,
         )  # fmt: skip
 
 
-def _note(walk: Trajectory, name: str, event: Event) -> None:
+def _note(path: Trajectory, name: str, event: Event) -> None:
     """Note that an object passes a line or an edge, if that is not noted or was long ago."""
-    noted = walk.over.get(name)
+    noted = path.over.get(name)
     if noted is None or event.time - noted.time > LINGERS:
-        walk.over[name] = event
+        path.over[name] = event

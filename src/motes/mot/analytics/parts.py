@@ -42,7 +42,7 @@ class UsualShape:
 
 
 def whole_of(
-    each: Track, tracks: Sequence[Track], walks: Mapping[int, Trajectory], usual: float | None
+    each: Track, tracks: Sequence[Track], paths: Mapping[int, Trajectory], usual: float | None
 ) -> tuple[list[int], float]:
     """Return the identities of the parts of the vehicle that an object is of, and its shape.
 
@@ -53,18 +53,18 @@ def whole_of(
     ----------
     each, tracks
         The object, and all that are seen in this frame.
-    walks
-        Their ways, by identity.
+    paths
+        By identity.
     usual
         The usual width by height there; None if it is unknown.
     """
-    way, shape = walks[each.identity], each.box.width / each.box.height
+    path, shape = paths[each.identity], each.box.width / each.box.height
     if usual is None:
         return [each.identity], shape
-    along = int(np.ptp([place for _, place in way.feet], axis=0).argmax())
+    along = int(np.ptp([place for _, place in path.feet], axis=0).argmax())
     row = [
         other for other in tracks
-        if _level(each.box, other.box, 1 - along) and _together(way, walks[other.identity])
+        if _level(each.box, other.box, 1 - along) and _together(path, paths[other.identity])
     ]  # fmt: skip
     row.sort(key=lambda other: other.box[along])
     boxes = as_rows(other.box for other in row)

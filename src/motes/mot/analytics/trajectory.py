@@ -1,4 +1,4 @@
-"""The way of an object's foot: what it does at lines and zones follows from it."""
+"""The path of an object's foot: what it does at lines and zones follows from it."""
 
 from __future__ import annotations
 
