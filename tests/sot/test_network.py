@@ -14,7 +14,7 @@ pytest.importorskip("onnxruntime", reason="onnxruntime is not installed")
 import onnx_trackers
 from motes import Box, ConfigError, Ellipse, Frame, SourceError
 from motes.sot.network.network import Network
-from motes.sot.network.view import Choice, NetworkView, Region, mean_color, read
+from motes.sot.network.view import Choice, NetworkView, Square, mean_color, read
 from motes.sot.network.vit import DEVIATION, MEAN
 
 RED, GRAY = (210, 40, 30), (90, 90, 90)
@@ -44,7 +44,7 @@ def family(network: Network) -> str:
     return "vit" if len(network.files) == 1 else "siamese"
 
 
-def resized(frame: Frame, region: Region, size: int, fill: Any) -> NDArray[np.uint8]:
+def resized(frame: Frame, region: Square, size: int, fill: Any) -> NDArray[np.uint8]:
     """Return what OpenCV makes of a region, whose part outside of the frame is filled."""
     cv2 = pytest.importorskip("cv2", reason="OpenCV is not installed")
     left, top, side = region
@@ -77,10 +77,10 @@ def test_a_region_is_that_of_opencv_to_the_bit(region: Any, form: str) -> None:
     fill = mean_color(frame)
     np.testing.assert_allclose(fill, frame.pixels.mean((0, 1)))
     for size in (127, 255):
-        out = read(frame, Region(*region), size, fill)
+        out = read(frame, Square(*region), size, fill)
         assert out.shape == (1, 3, size, size)
         assert out.dtype == np.float32
-        wanted = resized(frame, Region(*region), size, np.rint(fill))
+        wanted = resized(frame, Square(*region), size, np.rint(fill))
         np.testing.assert_array_equal(out[0], wanted)
 
 
@@ -104,10 +104,10 @@ def test_views_are_decoded_as_numpy_does(network: Network, at: tuple[int, int]) 
     else:
         learned, side = 2 * math.sqrt(40 * 60), round(4 * math.sqrt(width * height))
         fills, sizes = (np.zeros(3), np.zeros(3)), (128, 256)
-    first = Region.around(169.5, 129.5, learned)
+    first = Square.around(169.5, 129.5, learned)
     left, top = (round(center - (side - 1) / 2) for center in place[:2])
     template = read(picture(150, 100), first, sizes[0], fills[0])[0]
-    search = read(frame, Region(left, top, side), sizes[1], fills[1])[0]
+    search = read(frame, Square(left, top, side), sizes[1], fills[1])[0]
     row, column = np.mgrid[:16, :16]
     if family(network) == "siamese":
         by_side = onnx_trackers.DISTANCES * [[[-1]], [[-1]], [[1]], [[1]]]

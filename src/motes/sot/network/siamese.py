@@ -22,7 +22,7 @@ from motes.sot.network.view import (
     BLACK,
     Choice,
     NetworkView,
-    Region,
+    Square,
     extent,
     hann,
     mean_color,
@@ -54,7 +54,7 @@ class Siamese(NetworkFamily, Config, frozen=True, tag="siamese"):
 
     def learn(self, sessions: Sequence[Session], frame: Frame, ellipse: Ellipse) -> Singles:
         """Return the features of the template (1, C, 8, 8)."""
-        region = Region.around(ellipse.x, ellipse.y, float(extent(*ellipse.box[2:])))
+        region = Square.around(ellipse.x, ellipse.y, float(extent(*ellipse.box[2:])))
         return features(sessions[0], frame, region, TEMPLATE)
 
     def look(
@@ -62,7 +62,7 @@ class Siamese(NetworkFamily, Config, frozen=True, tag="siamese"):
     ) -> NetworkView:
         """Return what the network sees around a place; see `NetworkFamily`."""
         side = float(extent(*place.box[2:])) * SEARCH / TEMPLATE
-        region = Region.around(place.x, place.y, side)
+        region = Square.around(place.x, place.y, side)
         return look_in(sessions, template, frame, region, place.box[2:])
 
 
@@ -91,7 +91,7 @@ def _with_sides(inputs: Sequence[Tensor], side: int) -> list[str]:
     ]
 
 
-def features(backbone: Session, frame: Frame, region: Region, size: int) -> Singles:
+def features(backbone: Session, frame: Frame, region: Square, size: int) -> Singles:
     """Return the backbone's features (1, C, h, w) of a region, read in `size` rows and columns."""
     fill = mean_color(frame) if reaches_outside(frame, region) else BLACK
     pixels = read(frame, region, size, fill)
@@ -103,7 +103,7 @@ def look_in(
     sessions: Sequence[Session],
     template: Singles,
     frame: Frame,
-    region: Region,
+    region: Square,
     size: tuple[float, float],
 ) -> NetworkView:
     """Return what the network sees in a region, for a target of a width and height."""

@@ -117,7 +117,7 @@ LARGEST_SIDE = 2**20
 BLACK = np.zeros(3)
 
 
-class Region(NamedTuple):
+class Square(NamedTuple):
     """A square of whole pixels in a frame, which may reach outside."""
 
     left: int
@@ -127,7 +127,7 @@ class Region(NamedTuple):
     """Its numbers of columns and of rows."""
 
     @classmethod
-    def around(cls, x: float, y: float, side: float) -> Region:
+    def around(cls, x: float, y: float, side: float) -> Square:
         """Return the region of about this side whose center is nearest to x, y.
 
         Raises a ConfigError if no frame has a place so large or so far.
@@ -141,7 +141,7 @@ class Region(NamedTuple):
         return cls(round(x - (whole - 1) / 2), round(y - (whole - 1) / 2), whole)
 
 
-def read(frame: Frame, region: Region, size: int, fill: Floats) -> Singles:
+def read(frame: Frame, region: Square, size: int, fill: Floats) -> Singles:
     """Return a region of a frame in `size` rows and columns (1, 3, size, size): RGB, 0 to 255.
 
     Pixels are mixed bilinearly, not averaged, and rounded as by OpenCV's `resize`: networks have
@@ -163,7 +163,7 @@ def mean_color(frame: Frame) -> Floats:
     return mean
 
 
-def reaches_outside(frame: Frame, region: Region) -> bool:
+def reaches_outside(frame: Frame, region: Square) -> bool:
     """Return whether a part of a region lies outside its frame."""
     left, top, side = region
     return min(left, top) < 0 or left + side > frame.width or top + side > frame.height

@@ -18,7 +18,7 @@ from motes.core.geometry import Ellipse
 from motes.core.onnx_session import Session
 from motes.core.types import Floats, Singles
 from motes.sot.network.network import NetworkFamily
-from motes.sot.network.view import BLACK, Choice, NetworkView, Region, hann, read, view_of
+from motes.sot.network.view import BLACK, Choice, NetworkView, Square, hann, read, view_of
 
 TEMPLATE, SEARCH, CELLS = 128, 256, 16
 TEMPLATE_SIDES, SEARCH_SIDES = 2.0, 4.0
@@ -74,13 +74,13 @@ WINDOW_ALONE = Choice(window=1.0, multiplied=True, penalty=0.0, rate=1.0)
 """As OpenCV's tracker chooses; its new size is that of the box, though, whatever its score."""
 
 
-def _region(ellipse: Ellipse, sides: float) -> Region:
+def _region(ellipse: Ellipse, sides: float) -> Square:
     """Return the region of some mean sides around an ellipse."""
     _, _, width, height = ellipse.box
-    return Region.around(ellipse.x, ellipse.y, sides * float(np.sqrt(width * height)))
+    return Square.around(ellipse.x, ellipse.y, sides * float(np.sqrt(width * height)))
 
 
-def _pixels(frame: Frame, region: Region, size: int) -> Singles:
+def _pixels(frame: Frame, region: Square, size: int) -> Singles:
     """Return a region as the network takes it (1, 3, size, size)."""
     blue_first = read(frame, region, size, BLACK)[:, ::-1]
     return np.ascontiguousarray((blue_first - MEAN) / DEVIATION)
