@@ -33,8 +33,8 @@ from motes.formats.recording import (
     sound,
     stride_of,
 )
-from motes.formats.regions import MAX_FRAME, region_of_corners
 from motes.formats.text import angle, at, read_json, unread
+from motes.formats.truth_regions import MAX_FRAME, region_of_corners
 from motes.rows.schema import FrameRow, Header, text_name
 
 ROUNDING = 0.05

@@ -16,7 +16,7 @@ from motes.core.frame import FRAME_INTERVAL
 from motes.core.geometry import FARTHEST, Box, Ellipse
 from motes.core.labels import check_label
 from motes.core.track import Status, Track
-from motes.formats.regions import MAX_FRAME
+from motes.formats.truth_regions import MAX_FRAME
 from motes.rows.schema import FrameRow, Header, text_name
 
 MOST_FRAMES = 1_000_000

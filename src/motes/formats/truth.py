@@ -24,7 +24,7 @@ from motes.core.files import check_ended, lines_of, read_text
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Track
 from motes.formats.recording import FilmFacts, Recording, placed, sound
-from motes.formats.regions import ABSENT, UNKNOWN, read_regions
+from motes.formats.truth_regions import ABSENT, UNKNOWN, read_regions
 
 Kind = Literal["otb", "vot", "lasot", "got10k"]
 

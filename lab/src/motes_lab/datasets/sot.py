@@ -12,11 +12,12 @@ truth:
 
 The first of these in a folder is used. Numbered files of OTB hold one target each and make the
 sequences NAME-1 …; in GOT-10k, `absence.label` has a 1 for each frame without the target, in LaSOT
-`full_occlusion.txt` or `out_of_view.txt`.
-`motes.formats.regions` describes the text files. The first pixel is the number of the first row and
-column in the truth: 1 in OTB (Wu, Lim and Yang, CVPR 2013) and in GOT-10k (according to its
-authors), while VOT's toolkit uses its regions as indices from 0. The marks of VOT are `color/`, the
-file `sequence`, a `camera_motion` tag, and polygons or masks in the truth.
+`full_occlusion.txt` or `out_of_view.txt`. `motes.formats.truth_regions` describes the text files.
+
+The first pixel is the number of the first row and column in the truth: 1 in OTB (Wu, Lim and Yang,
+CVPR 2013) and in GOT-10k (according to its authors), while VOT's toolkit uses its regions as
+indices from 0. The marks of VOT are `color/`, the file `sequence`, a `camera_motion` tag, and
+polygons or masks in the truth.
 
 A dataset is a folder of such folders; with a file `list.txt`, only the folders named in it. It may
 also hold films with the truth beside each: `cup.mp4` and `cup.txt`, such a text or
