@@ -124,18 +124,16 @@ def demo(size: tuple[int, int] = (640, 480), frames: int = 300, seed: int = 0) -
     )
 
 
-def jumping(
-    size: tuple[int, int] = (640, 480), frames: int = 200, leap: float = 1.3, seed: int = 0
-) -> Clip:
+def jumping(size: tuple[int, int] = (640, 480), frames: int = 200, seed: int = 0) -> Clip:
     """Return a clip whose target jumps to and fro like a snowboarder, too fast to overlap itself.
 
-    It waits, takes off, accelerates until it moves by `leap` times its width from one frame to the
-    next, and lands on the other side. With the default leap this takes 40 frames, and for 8 of them
-    the region shares no pixel with the one before.
+    It waits, takes off, accelerates until it moves by 1.3 times its width from one frame to the
+    next, and lands on the other side. This takes 40 frames, and for 8 of them the region shares no
+    pixel with the one before.
     """
     scale = scale_of(size)
     a, b, span = 20 * scale, 14 * scale, 0.68 * size[0]
-    flight, pause = span / (leap * b), 16
+    flight, pause = span / (1.3 * b), 16
     turn, phase = np.divmod(np.arange(frames), math.ceil(flight) + pause)
     s = np.clip((phase - pause / 2) / flight, 0, 1)
     s -= np.sin(2 * math.pi * s) / (2 * math.pi)  # position from 0 to 1; at rest at both ends
