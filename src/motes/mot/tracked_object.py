@@ -113,16 +113,8 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False, dict=True):
     ) -> Self | None:
         """Return an expected object whose filter begins with the samples and the model it is given.
 
-        Without a detection it is None, unless the samples fulfill the appearance rule.
-
-        Parameters
-        ----------
-        identity, tracker, rng, frame
-            As in `begin`.
-        expected
-            The object.
-        box
-            Its detection, if it has one.
+        `box` is its detection. Without one it is None, unless the samples fulfill the appearance
+        rule.
         """
         colors_only = tracker.cues == {"color": Expected.CUE}
         finder = tracker

@@ -64,32 +64,13 @@ class Algorithm(Generic[S]):
 
     @abstractmethod
     def init(self, rng: np.random.Generator, frame: Frame, region: Ellipse) -> tuple[S, StepInfo]:
-        """Learn the target in `region` and start tracking it.
-
-        Parameters
-        ----------
-        rng
-            Source of randomness.
-        frame, region
-            The first frame, and an ellipse in its pixels.
-        """
+        """Learn the target in `region`, an ellipse in the first frame, and start tracking it."""
 
     @abstractmethod
     def step(self, rng: np.random.Generator, state: S, frame: Frame) -> tuple[S, StepInfo]:
-        """Find the target in the next frame.
+        """Find the target in the next frame, which has a later time than that of `state`.
 
-        Parameters
-        ----------
-        rng
-            Source of randomness.
-        state
-            The state after the frame before; it is not changed.
-        frame
-            The next frame, with a later time in seconds.
-
-        Returns
-        -------
-        The state after this frame, and what the algorithm reports of it.
+        It returns the state after this frame, and a report of it.
         """
 
     def upon(self, first: S, second: S) -> bool:

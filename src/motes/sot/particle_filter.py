@@ -164,10 +164,6 @@ class ParticleFilter(Algorithm[FilterState], Config, frozen=True, dict=True, tag
 
         Parameters
         ----------
-        rng
-            Source of randomness.
-        frame
-            The first frame.
         models, size
             The target's model for each cue, and an ellipse of its size; its center is not used.
         places
@@ -187,16 +183,8 @@ class ParticleFilter(Algorithm[FilterState], Config, frozen=True, dict=True, tag
     ) -> tuple[FilterState, StepInfo]:
         """Start with the samples and models that another tracker gives: section VII.
 
-        The status is that of the appearance rule: `tracking` if the target is there.
-
-        Parameters
-        ----------
-        frame
-            The first frame.
-        models
-            The target's model for each cue.
-        samples
-            (N, 5) ellipses where the target may be: the first particles.
+        Samples are (N, 5) ellipses where the target may be, the first particles; there is a model
+        for each cue. The status is that of the appearance rule: `tracking` if the target is there.
         """
         size, _ = mean_ellipse(samples, np.full(len(samples), 1 / len(samples)))
         backgrounds = self._backgrounds(models, frame, size, target_in_frame=True)

@@ -158,11 +158,6 @@ class BackgroundDetector:
 
         A frame that cannot be read, or of another size, ends it; the run itself reports that, at
         that frame.
-
-        Parameters
-        ----------
-        frames
-            Frames of the same camera, from the first on.
         """
         preview, first = Preview(), None
         with contextlib.suppress(SourceError):

@@ -62,15 +62,8 @@ def associate(
 def split_merged_blob(places: Floats, blob: Box) -> Floats:
     """Return where objects are in a box that holds them all, each with its own size: (n, 4).
 
-    They are where they are predicted, or as near to it as the box allows. Its edges do not tell
-    where an object is: an unknown one may be there too.
-
-    Parameters
-    ----------
-    places
-        (n, 4), predicted boxes.
-    blob
-        The box that holds them.
+    They are where they are predicted, in `places` (n, 4), or as near to it as the box allows. Its
+    edges do not tell where an object is: an unknown one may be there too.
     """
     low, room = np.array(blob[:2]), np.array(blob[2:]) - places[:, 2:]
     inside = np.clip(places[:, :2], low, low + np.maximum(room, 0))

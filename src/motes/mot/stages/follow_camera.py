@@ -18,14 +18,8 @@ def follow_camera(
 ) -> tuple[list[TrackedObject], TrackInitiation]:
     """Return objects and tentative tracks where they would be at rest in the next frame.
 
-    So velocities are relative to the background. Sizes stay: detections correct them.
-
-    Parameters
-    ----------
-    objects, initiation
-        As of the last frame.
-    motion
-        The homography (3, 3) of the background from the last frame to the next.
+    `motion` is the homography (3, 3) of the background from the last frame to the next. So
+    velocities are relative to the background. Sizes stay: detections correct them.
     """
 
     def moved(box: Box) -> Box:
