@@ -218,12 +218,8 @@ def check_code(detector: str | None, allowed: bool) -> None:
 def named_detector(name: str | None = None, settings: Mapping[str, object] = {}) -> Detector:
     """Return a detector by its name, as `motes watch --detector` takes it; by default a background.
 
-    Parameters
-    ----------
-    name
-        The name.
-    settings
-        The keys that `motes config --watch detector` lists, as in {"least": 0.001}.
+    `settings` are values of the keys that `motes config --watch detector` lists, such as
+    {"least": 0.001}.
 
     Raises
     ------

@@ -131,11 +131,6 @@ class BackgroundDetector:
     become background there has left the place (`foreground`). A frame that is mostly foreground, as
     when a light is switched on, has no detections, and the background is learned anew from it on.
 
-    Parameters
-    ----------
-    config
-        How it looks.
-
     Attributes
     ----------
     warnings

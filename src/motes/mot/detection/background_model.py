@@ -90,13 +90,7 @@ PRUNE = 0.05
 
 
 class Mixture:
-    """A mixture of Gaussians for each pixel: Zivkovic, ICPR 2004.
-
-    Parameters
-    ----------
-    deviations
-        As in `BackgroundConfig`.
-    """
+    """A mixture of Gaussians for each pixel: Zivkovic, ICPR 2004."""
 
     def __init__(self, deviations: float) -> None:
         self._squared = deviations**2

@@ -30,11 +30,6 @@ class CustomDetector:
     """A detector made of a callable, with all that it has; its errors name it and the frame.
 
     Raises a ConfigError if it cannot be imported, or cannot be called.
-
-    Parameters
-    ----------
-    name
-        See `CustomConfig`.
     """
 
     def __init__(self, name: str) -> None:

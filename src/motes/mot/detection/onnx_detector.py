@@ -83,11 +83,6 @@ class OnnxConfig(DetectorConfig, Config, frozen=True, tag="onnx"):
 class OnnxDetector:
     """Finds the objects that a model has learned. A `Detector`.
 
-    Parameters
-    ----------
-    config
-        The file, and how it is used.
-
     Attributes
     ----------
     head
