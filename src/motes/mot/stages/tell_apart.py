@@ -81,7 +81,11 @@ def _seen(
         (each.met | {objects[m].identity for m in near.get(n, ())}) & alive
         for n, each in enumerate(objects)
     ]
-    learning = [n for n in clear if met_by[n] or _has_turn(objects[n], number)]
+    learning = [
+        n
+        for n in clear
+        if met_by[n] or objects[n].known is None or (objects[n].identity + number) % TURNS == 0
+    ]
     ellipses = [objects[n].track.ellipse for n in learning]
     looks = dict(zip(learning, Look.at(frame, ellipses), strict=True))
     after = list(objects)
@@ -94,11 +98,6 @@ def _seen(
         if look is not None or met or each.met:
             after[n] = replace(each, met=met, known=known, seen=seen)
     return after, set(clear)
-
-
-def _has_turn(each: TrackedObject, number: int) -> bool:
-    """Return whether an object that has met nobody learns how it looks in this frame."""
-    return each.known is None or (each.identity + number) % TURNS == 0
 
 
 def _groups(objects: Sequence[TrackedObject]) -> Iterator[list[int]]:
