@@ -3,7 +3,7 @@
 import pytest
 
 from motes import Ellipse, Status
-from motes.sot.discriminative.standing import APART, DECIDED, FRAMES, Rival, Standing
+from motes.sot.discriminative.standing import APART, DECIDED, FRAMES, Rival, Standing, apart
 
 TRACKED = Standing()
 LOST = Standing(status=Status.LOST, missed=FRAMES)
@@ -66,6 +66,6 @@ def test_evidence_decides_between_rivals(
 
 
 def test_places_part_by_their_distance_in_sides_of_the_target() -> None:
-    for sides, parts in ((0.99, False), (1.01, True)):
+    for sides, parted in ((0.99, False), (1.01, True)):
         other = HERE._replace(x=50.0 + sides * APART * HERE.side)
-        assert Rival.parts(other, HERE) is parts
+        assert apart(other, HERE) is parted

@@ -14,7 +14,7 @@ from motes.core.types import Floats
 from motes.sot.discriminative.config import DiscriminativeConfig
 from motes.sot.discriminative.localization import WindowEstimate, localize
 from motes.sot.discriminative.prediction import Prediction, Transition
-from motes.sot.discriminative.standing import APART, DECIDED, Rival
+from motes.sot.discriminative.standing import APART, DECIDED, Rival, apart
 from motes.sot.discriminative.state import DiscriminativeState
 
 TURN = 0.25
@@ -86,7 +86,7 @@ def _compare(
     if rival.alive:
         place = moved(rival.place, shift, frame)
         other = localize(config, rng, state, frame, place, look.sights)
-        rival = rival if rival.parts(other.pose, look.pose) else Rival(look.pose)
+        rival = rival if apart(other.pose, look.pose) else Rival(look.pose)
     if not rival.alive:
         places = [
             moved(look.pose, np.subtract(seen[:2], look.pose[:2]), frame) for seen in proposals
@@ -94,9 +94,9 @@ def _compare(
         others = [
             localize(config, rng, state, frame, place, look.sights)
             for place in places
-            if rival.parts(place, look.pose)
+            if apart(place, look.pose)
         ]
-        others = [other for other in others if rival.parts(other.pose, look.pose)]
+        others = [other for other in others if apart(other.pose, look.pose)]
         if not others:
             return Found(look, Rival(look.pose))
         other = max(others, key=lambda other: other.evidence)

@@ -70,6 +70,11 @@ DECIDED = 1.0
 """Log odds that decide for a place, or between two places: nearly three to one."""
 
 
+def apart(place: Ellipse, other: Ellipse) -> bool:
+    """Return whether two places are too far from each other to be the same target."""
+    return math.hypot(place.x - other.x, place.y - other.y) > APART * other.side
+
+
 class Rival(NamedTuple):
     """A second place, and the evidence for it."""
 
@@ -90,18 +95,13 @@ class Rival(NamedTuple):
         """Whether the rival is not the target."""
         return self.lead < -DECIDED
 
-    @staticmethod
-    def parts(place: Ellipse, other: Ellipse) -> bool:
-        """Return whether two places are too far apart to be the same target."""
-        return math.hypot(place.x - other.x, place.y - other.y) > APART * other.side
-
     def after(self, place: Ellipse, difference: float) -> Self:
         """Return the rival after a frame: its place, and the log odds that it adds there."""
         return type(self)(place, self.lead + difference, alive=True)
 
 
 BESIDE = 0.2
-"""Overlap with the target's box below which it is something else that moves there."""
+"""Overlap of two boxes below which they are beside each other: they show two things."""
 SHARED = 0.5
 """Overlap of the boxes of two targets from which they are at one place."""
 
@@ -127,8 +127,8 @@ class Claim(NamedTuple):
     now: Ellipse
     """Where it is seen."""
     missed: bool
-    """Whether it was missed before this frame. It may be seen behind another one no more: it has to
-    come out from there."""
+    """Whether it was missed before this frame. Then an overlap by more than `BESIDE` makes one
+    place of two: who comes out from behind another one has to be seen beside it."""
     against: float
     """How much speaks against its being there, in log odds."""
 
