@@ -74,7 +74,7 @@ def track_between(
 
 
 class KeyframeRun(Tally):
-    """A run between keyframes, which grows."""
+    """A run between keyframes, and what is counted of it so far."""
 
     def __init__(self, film: Film, asked: Request[TrackerConfig], history: History) -> None:
         super().__init__()

@@ -199,7 +199,7 @@ class History(msgspec.Struct, frozen=True, kw_only=True):
         return keyframes(latest.items())
 
     def corrected(self, marks: Sequence[Mark]) -> History:
-        """Return the history with further marks; those of one command must not contradict.
+        """Return the history with further marks; those of one command must agree.
 
         Marks that are all known already add nothing: a command that is repeated after a signal, or
         one that only finishes it, leaves the file that it would have left at once.

@@ -20,12 +20,12 @@ LEAVES = 0.01
 FINDS = 0.02
 """Probability that it finds the target again."""
 AGREE = 0.95
-"""Probability that two passes on the target overlap by more than half; otherwise they do so with
-the rest of the probability."""
+"""Probability that two passes on the target overlap by more than half; if one is off it, they do so
+with 1 minus this."""
 INDEPENDENT = 10
 """Confidences of this many frames in a row tell as much as one: neighbors err alike."""
 SUREST = 0.95
-"""A confidence counts as this at most, and as the rest at least."""
+"""A confidence counts as this at most, and as 1 minus this at least."""
 ON = np.array([[False, True, False, True], [False, False, True, True]])
 """Whether forward and backward pass are on the target, in each of the four states."""
 

@@ -32,10 +32,9 @@ from motes.formats.visibility import check_identities, visible
 REGION = "videorectangle"
 SAME_RATE = 1e-5
 """Rates that differ by a smaller share are one: 29.97 is 30000/1001."""
-LENGTHS = 0.02
-"""The share by which the length of a film in a browser may differ, as sound is often longer,"""
-ENDS = 0.3
-"""and the seconds beside it."""
+LENGTHS, ENDS = 0.02, 0.3
+"""The share, and the seconds beside it, by which the length of a film in a browser may differ, as
+sound is often longer."""
 LARGEST = 2**53
 """The largest number of a frame that is read at all: JSON of a browser has no other."""
 VIDEO, BOX = "video", "box"

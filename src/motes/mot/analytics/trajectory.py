@@ -97,7 +97,10 @@ class Trajectory:
                 self.metres_per_second = math.dist(here, there) / (now - began)
 
     def off(self, foot: Point, now: float, longest: float) -> float:
-        """Return how far a foot is from where the last half second leads; NaN if that is old."""
+        """Return how far a foot is from where the path of the last half second leads.
+
+        NaN if the path is a single place, or ended more than `longest` seconds ago.
+        """
         (began, first), (last, place) = self.feet[0], self.feet[-1]
         if last == began or not 0 < now - last <= longest:
             return math.nan
@@ -105,11 +108,10 @@ class Trajectory:
         return math.dist([place[i] + share * (place[i] - first[i]) for i in range(2)], foot)
 
     def past(self, foot: Point, now: float) -> Point:
-        """Return where it was before its first place, if it has gone evenly; or its place.
+        """Return where it was before its first place, if it has gone evenly.
 
-        A foot that was clear of a line from the start has no past there: its first place is its
-        place. A path is continued for no longer than it is: that of a few frames shows how a box
-        grows.
+        In its first frame that is its place. A path is continued backwards for no longer than it
+        is: that of a few frames shows how a box grows.
         """
         if now == self.since:
             return foot

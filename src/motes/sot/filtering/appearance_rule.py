@@ -184,7 +184,7 @@ class Calibration(Config, frozen=True):
     def probability(self, distance: float, spread: float = 0.25) -> float:
         """Return the probability for an estimate at this distance to the target model.
 
-        `spread` is that of the particles; below 0.02 it says no more. The default is usual.
+        `spread` is that of the particles; below 0.02 it counts as 0.02. The default is a usual one.
         """
         steps = (distance - self.middle) / self.width
         steps += self.spread * math.log(4 * max(spread, 0.02))
