@@ -165,7 +165,7 @@ class WorkerLine:
     `scratch` is the folder of temporary files, which is removed with the worker.
     """
 
-    def __init__(self, pipe: Connection, scratch: str | None = None) -> None:
+    def __init__(self, pipe: Connection, scratch: str) -> None:
         self._pipe, self._scratch = pipe, scratch
         self._inbox: queue.SimpleQueue[bytes] = queue.SimpleQueue()
         self._sent, self._sending = 0.0, threading.Lock()
@@ -206,8 +206,7 @@ class WorkerLine:
 
     def end(self) -> None:
         """End the worker and all that it has started; its temporary files go."""
-        if self._scratch is not None:
-            shutil.rmtree(self._scratch, ignore_errors=True)
+        shutil.rmtree(self._scratch, ignore_errors=True)
         platforms.end_group(os.getpid())
         os._exit(1)  # it may have no group of its own
 
