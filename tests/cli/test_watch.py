@@ -14,7 +14,7 @@ from clips import write_pictures
 from commands import Go, read_csv, running
 from motes import EventCounter, Frame, Scene, SourceError, open_source
 from motes.cli import main
-from motes.cli.outputs import Events
+from motes.cli.outputs import EventsOutput
 from motes.cli.watch_loop import counted_moments, table
 from motes.core.track import COLUMNS, GROUND, Status, Track
 from motes.mot.analytics.regions import Line, Regions, Zone
@@ -127,7 +127,7 @@ def test_events_in_a_file_are_in_the_order_of_frames(tmp_path: Path) -> None:
             tracks += [seen(i, (150, 28), Status.LOST, 2)] if i == 9 else []
             yield Frame(i, i / 4, np.zeros((9, 9, 3), np.uint8)), tracks
 
-    with Events(str(path), False) as events:
+    with EventsOutput(str(path), False) as events:
         moments = [*counted_moments(found(), counter)]
         for moment in moments:
             events.write(moment)

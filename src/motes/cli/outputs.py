@@ -251,7 +251,7 @@ def say_how_to_train(path: Path, form: str, recorded: Recording) -> None:
     log(f"to train with {path}, put its images beside its labels: {way}")
 
 
-class Events(Lines):
+class EventsOutput(Lines):
     """A line of JSON for each event, in the order of frames.
 
     An event waits until no earlier one may come any more.

@@ -103,7 +103,7 @@ def watch(
     from msgspec.structs import replace
 
     from motes.cli.annotated_video import painted_scene
-    from motes.cli.outputs import Events, Request
+    from motes.cli.outputs import EventsOutput, Request
     from motes.cli.pictures import Heatmap, Paths, Slits
     from motes.cli.watch_loop import watch_scene
     from motes.mot.analytics.events import EventCounter
@@ -133,7 +133,7 @@ def watch(
             region = numbers_of("--like", objects.like, "x,y,width,height")
             point_out_corners(region, film.width, film.height)
         opened = asked.pictures(film, painted_scene(where))
-        opened += [Events(name, outputs.overwrite) for name in events]
+        opened += [EventsOutput(name, outputs.overwrite) for name in events]
         opened += sending
         if outputs.slit is not None:
             opened.append(Slits(outputs.slit, where, overwrite=outputs.overwrite))
