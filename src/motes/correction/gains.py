@@ -65,9 +65,8 @@ def ranked(
         while len(found) < count and (spans := _spans(keys)):
             for span in set(spans) - set(best):
                 part = slice(*span)
-                low, high = bool(keys[span[0]]), bool(keys[span[1] - 1])
                 values = ellipses[part], variances[part], confidence[part]
-                gains = _gains(*values, group[part], low, high)
+                gains = _gains(*values, group[part], keys[part])
                 place = int(gains.argmax()) if len(gains) else 0
                 best[span] = Ranked(span[0] + place, float(gains[place]))
             span = max(spans, key=lambda each: best[each].gain)
@@ -76,9 +75,8 @@ def ranked(
                 break
             found.append(top)
             part = slice(*span)
-            low, high = bool(keys[span[0]]), bool(keys[span[1] - 1])
-            places = np.arange(span[1] - span[0])
-            left = 1 - _correlation(places, np.array([top.place - span[0]]), low, high)[:, 0] ** 2
+            places, mark = np.arange(span[1] - span[0]), np.array([top.place - span[0]])
+            left = 1 - _correlation(places, mark, keys[part])[:, 0] ** 2
             variances[part] *= left[:, None]
             confidence[part] = 1 - (1 - confidence[part]) * left
             keys[top.place] = True
@@ -93,9 +91,9 @@ def _spans(keys: Flags) -> list[tuple[int, int]]:
 
 
 def _gains(
-    ellipses: Floats, variances: Floats, confidence: Floats, asked: Flags, low: bool, high: bool
+    ellipses: Floats, variances: Floats, confidence: Floats, asked: Flags, keys: Flags
 ) -> Floats:
-    """Return the gain (n,) of each frame of a stretch; `low` and `high`: whether its ends are keys.
+    """Return the gain (n,) of each frame of a stretch, of which only the ends may be keyframes.
 
     Only frames that are asked for have one; of many, every n-th. In a long stretch, every n-th
     frame counts for its neighbors.
@@ -110,7 +108,7 @@ def _gains(
     ellipses, variances, confidence = (
         values[places] for values in (ellipses, variances, confidence)
     )
-    left = 1 - _correlation(places, marks, low, high) ** 2
+    left = 1 - _correlation(places, marks, keys) ** 2
     before = wrong(ellipses, variances, confidence)
     after = np.stack(
         [
@@ -123,9 +121,7 @@ def _gains(
     return out
 
 
-def _correlation(
-    places: NDArray[np.int64], marks: NDArray[np.int64], low: bool, high: bool
-) -> Floats:
+def _correlation(places: NDArray[np.int64], marks: NDArray[np.int64], keys: Flags) -> Floats:
     """Return the correlation (n, m) of the errors at places and at marks.
 
     They are a Brownian bridge between two keyframes, and a Brownian motion from one alone.
@@ -133,11 +129,11 @@ def _correlation(
     end = max(int(places[-1]), int(marks[-1]))
     s, t = places[:, None].astype(np.float64), marks[None, :].astype(np.float64)
     near, far = np.minimum(s, t), np.maximum(s, t)
-    if low and high:
+    if keys[0] and keys[-1]:
         square = near * (end - far), far * (end - near)
-    elif low:
+    elif keys[0]:
         square = near, far
-    elif high:
+    elif keys[-1]:
         square = end - far, end - near
     else:
         square = np.ones_like(near), np.ones_like(far)
