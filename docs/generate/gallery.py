@@ -17,7 +17,7 @@ from gallery_films import KINDS, Kind
 from motes import Frame, Scene, Status, Track, Tracker, synthetic
 from motes.core.geometry import iou
 from motes.core.types import Bytes
-from motes.mot.analytics.events import EventCounter
+from motes.mot.analytics.event_counter import EventCounter
 from motes.mot.analytics.regions import Line, Regions
 from motes.mot.detection.background import BackgroundDetector
 from motes.output.overlay import draw, font

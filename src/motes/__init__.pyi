@@ -27,7 +27,8 @@ from .core.track import Status as Status, Track as Track
 from .correction.correct import correct as correct, refine as refine, smooth as smooth
 from .correction.doubts import Doubt as Doubt, doubts as doubts
 from .correction.keyframes import read_keyframes as read_keyframes
-from .mot.analytics.events import Event as Event, EventCounter as EventCounter
+from .mot.analytics.event import Event as Event
+from .mot.analytics.event_counter import EventCounter as EventCounter
 from .mot.analytics.ground_plane import Ground as Ground
 from .mot.analytics.regions import Line as Line, Regions as Regions, Zone as Zone
 from .mot.detection.lookalike import LookalikeDetector as LookalikeDetector

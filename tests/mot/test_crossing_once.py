@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from motes import Box, Ellipse, Line, Regions, Status, Track, Zone
 from motes.core.types import Floats
-from motes.mot.analytics.events import PART, EventCounter
+from motes.mot.analytics.event_counter import PART, EventCounter
 
 HIGH, WIDE, RATE = 40, 16, 25
 STEP = 2.4

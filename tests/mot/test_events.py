@@ -10,7 +10,8 @@ import pytest
 from msgspec.structs import replace
 
 from motes import Box, ConfigError, Ellipse, Status, Track
-from motes.mot.analytics.events import BRIEF, EDGE, Event, EventCounter
+from motes.mot.analytics.event import Event
+from motes.mot.analytics.event_counter import BRIEF, EDGE, EventCounter
 from motes.mot.analytics.regions import Line, Regions, Zone, crossing
 from sightings import seen, told
 

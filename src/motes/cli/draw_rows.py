@@ -20,7 +20,7 @@ from motes.correction.history import History
 from motes.correction.rows import TIME_TOLERANCE
 from motes.formats import registry
 from motes.formats.recording import ANONYMOUS, FilmFacts
-from motes.mot.analytics.events import EventCounter
+from motes.mot.analytics.event_counter import EventCounter
 from motes.mot.analytics.real_units import (
     PIXELS,
     Columns,

@@ -106,7 +106,7 @@ def watch(
     from motes.cli.outputs import EventsOutput, Request
     from motes.cli.pictures import Heatmap, Paths, Slits
     from motes.cli.watch_loop import watch_scene
-    from motes.mot.analytics.events import EventCounter
+    from motes.mot.analytics.event_counter import EventCounter
     from motes.mot.analytics.real_units import RealUnits
     from motes.mot.scene import Scene
     from motes.video.sources import is_recorded

@@ -14,7 +14,7 @@ from motes.core.errors import MotesError, counted
 from motes.core.frame import Frame
 from motes.core.track import Track
 from motes.formats.recording import ANONYMOUS
-from motes.mot.analytics.events import EventCounter
+from motes.mot.analytics.event_counter import EventCounter
 from motes.mot.analytics.real_units import GroundMotion, RealUnits
 from motes.mot.scene import DOUBTS, Scene
 from motes.video.sources import Source

@@ -46,7 +46,7 @@ class Trajectory:
     lost: set[str] = field(default_factory=set)
     """Names of the lines and zones in or upon which it was found, was seen last, and was lost."""
     clear: dict[str, Point] = field(default_factory=dict)
-    """For each line, the last place of its foot that was clearly on one side (`events.CLEAR`)."""
+    """For each line, the last place of its foot clearly on one side (`event_counter.CLEAR`)."""
     went: dict[str, str | None] = field(default_factory=dict)
     """For each line or zone whose edge it has passed, the direction in which it crossed the line
     last."""

@@ -12,7 +12,7 @@ from motes.core.errors import ConfigError
 from motes.core.frame import NUMBER
 from motes.core.geometry import Box
 from motes.core.track import Status, Track, check_listed
-from motes.mot.analytics.event import Event as Event, Kind
+from motes.mot.analytics.event import Event, Kind
 from motes.mot.analytics.ground_plane import Point
 from motes.mot.analytics.parts import UsualShape, whole_of
 from motes.mot.analytics.regions import (
