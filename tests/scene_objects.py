@@ -7,6 +7,7 @@ from msgspec.structs import replace
 
 from motes import PRESETS, Box, Frame, ParticleFilter, Status, scene_config
 from motes.core.types import Floats
+from motes.mot.look import Look
 from motes.mot.scene_config import SceneConfig
 from motes.mot.tracked_object import TrackedObject
 
@@ -59,6 +60,12 @@ def undetected(identity: int, frame: Frame, box: Box) -> TrackedObject:
 def occluded(identity: int, frame: Frame, box: Box, by: int | None = None) -> TrackedObject:
     """Return an object that was last detected in a frame, and is occluded since."""
     return undetected(identity, frame, box).occlude(by)
+
+
+def with_look(each: TrackedObject, color: Color) -> TrackedObject:
+    """Return an object that was of a color when it was last clear of others."""
+    (look,) = Look.at(picture(0, (each.track.box, color)), [each.track.ellipse])
+    return replace(each, known=look)
 
 
 def statuses(objects: Sequence[TrackedObject]) -> dict[int, Status]:

@@ -6,10 +6,13 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motes.core.config import Config, NonNegative, Share
 from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
 from motes.core.types import Floats
+from motes.mot.look import UNKNOWN, Look, costs
 from motes.mot.overlaps import grouped, inscribed, search_areas
 from motes.mot.pairs import Integers, meeting
 from motes.mot.tracked_object import TrackedObject
@@ -165,3 +168,31 @@ def model_distances(
     for one, which in grouped(i, np.arange(len(i))).items():
         distances[which] = objects[one].distances(frame, ellipses[j[which]])
     return distances
+
+
+SAME = 0.7
+"""Overlap of an object's place and a detection from which on it is the object, however it looks: it
+may have come into another light."""
+
+
+def impostors(
+    objects: Sequence[TrackedObject], frame: Frame, boxes: Floats, i: Integers, j: Integers
+) -> NDArray[np.bool_]:
+    """Return of which pairs the detection looks as if it were another object, (k,).
+
+    It is compared with how the object looked when it was last clear of others; of one that never
+    was, nothing is said.
+
+    Parameters
+    ----------
+    boxes
+        (m, 4), of the detections.
+    i, j
+        (k,) each: indices of objects and of boxes.
+    """
+    some, models = np.unique(i, return_inverse=True)
+    seen, places = np.unique(j, return_inverse=True)
+    ellipses = [Ellipse(*row) for row in inscribed(boxes[seen]).tolist()]
+    known = [objects[n].known for n in some.tolist()]
+    unlikely = costs(Look.at(frame, ellipses), known)[places, models]
+    return np.asarray(unlikely > UNKNOWN)

@@ -118,10 +118,10 @@ def step(
     objects = [each.predict(dt) for each in state.objects]
     if not looked:
         objects = [each if each.occluded else each.wait(dt) for each in objects]
-    objects, free = associate(objects, found, frame, dt, config)
+    objects, free, covers = associate(objects, found, frame, dt, config)
     objects = update(objects, frame, dt)
     objects = mark_occluded(objects, frame, config.occlusion)
-    objects, free = reidentify(objects, free, frame, dt, config)
+    objects, free = reidentify(objects, free, covers, frame, dt, config)
     initiation = state.initiation.with_scores(found, free)
     arrived, keys, free = admit(seed, state.created, expected, objects, free, frame, config)
     objects, created = objects + arrived, state.created + len(arrived)

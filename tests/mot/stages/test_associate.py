@@ -14,7 +14,17 @@ from motes.mot.stages.suppress_duplicates import suppress_duplicates
 from motes.mot.stages.update import update
 from motes.mot.tracked_object import REMEMBERED, TrackedObject
 from motes.sot.filtering.model_update import ExponentialForgetting
-from scene_objects import BLUE, DT, RED, config, occluded, picture, undetected, visible
+from scene_objects import (
+    BLUE,
+    DT,
+    RED,
+    config,
+    occluded,
+    picture,
+    undetected,
+    visible,
+    with_look,
+)
 
 LEFT, RIGHT = Box(20, 30, 20, 40), Box(120, 30, 20, 40)
 FRAME = picture(1, (LEFT, RED), (RIGHT, BLUE))
@@ -23,7 +33,7 @@ FRAME = picture(1, (LEFT, RED), (RIGHT, BLUE))
 def test_each_object_gets_the_detection_that_overlaps_it() -> None:
     objects = [undetected(1, FRAME, LEFT), undetected(2, FRAME, RIGHT)]
     found = [Detection(RIGHT._replace(x=124)), Detection(Box(70, 30, 20, 40)), Detection(LEFT)]
-    after, free = associate(objects, found, FRAME, DT, config())
+    after, free, _ = associate(objects, found, FRAME, DT, config())
     assert [each.track.box for each in after] == [pytest.approx(LEFT), pytest.approx(found[0].box)]
     assert [each.detected for each in after] == [True, True]
     assert free == [found[1]]
@@ -39,10 +49,23 @@ def test_appearance_decides_between_equal_overlaps() -> None:
     for colors, owners in (((RED, BLUE), [1, 2]), ((BLUE, RED), [2, 1])):
         narrow = [each.box._replace(width=8) for each in found]
         frame = picture(1, (narrow[0], colors[0]), (narrow[1]._replace(x=80), colors[1]))
-        after, _ = associate([one, other], found, frame, DT, config())
+        after, *_ = associate([one, other], found, frame, DT, config())
         assert [each.identity for each in sorted(after, key=lambda each: each.track.box.x)] == (
             owners
         )
+
+
+@pytest.mark.parametrize(("off", "own"), [(1, True), (6, False)])  # overlaps of 0.9 and of 0.54
+def test_who_looks_like_another_one_covers_an_object_unless_it_is_just_there(
+    off: int, own: bool
+) -> None:
+    place = LEFT._replace(x=LEFT.x + off)
+    found, frame = [Detection(place)], picture(1, (place, BLUE))
+    for known, expected in ((RED, own), (BLUE, True)):
+        before = with_look(undetected(1, FRAME, LEFT), known)
+        (after,), free, covers = associate([before], found, frame, DT, config())
+        assert after.detected is expected
+        assert free == covers == found * (not expected)
 
 
 def test_velocity_and_size_follow_slowly() -> None:
@@ -59,7 +82,7 @@ def test_a_detection_of_two_objects_is_divided() -> None:
     frame = picture(1, (left, RED), (right, BLUE))
     objects = [undetected(1, frame, left), undetected(2, frame, right)]
     blob = Detection(Box(48, 30, 47, 40))
-    after, free = associate(objects, [blob], frame, DT, config())
+    after, free, _ = associate(objects, [blob], frame, DT, config())
     assert [each.track.box.x for each in after] == pytest.approx([50, 72])
     assert free == []
 
@@ -79,7 +102,7 @@ def test_a_part_neither_moves_nor_shrinks_an_object() -> None:
 
 def test_occluded_objects_get_none_and_observe_nothing() -> None:
     objects, found = [occluded(1, FRAME, LEFT)], [Detection(LEFT)]
-    assert associate(objects, found, FRAME, DT, config()) == (objects, found)
+    assert associate(objects, found, FRAME, DT, config()) == (objects, found, [])
     assert update(objects, picture(1), DT) == objects
 
 

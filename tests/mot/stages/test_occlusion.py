@@ -10,7 +10,18 @@ from motes.mot.stages.mark_occluded import mark_occluded
 from motes.mot.stages.reidentify import reidentify
 from motes.mot.stages.report import report
 from motes.mot.tracked_object import TrackedObject
-from scene_objects import BLUE, DT, RED, config, occluded, picture, statuses, undetected, visible
+from scene_objects import (
+    BLUE,
+    DT,
+    RED,
+    config,
+    occluded,
+    picture,
+    statuses,
+    undetected,
+    visible,
+    with_look,
+)
 
 PLACE, OVER = Box(40, 30, 20, 40), Box(48, 30, 20, 40)
 FRAME = picture(1, (PLACE, RED))
@@ -76,7 +87,7 @@ def test_an_object_is_visible_again_where_it_is_detected() -> None:
     near, far = PLACE._replace(x=50), PLACE._replace(x=150)
     frame = picture(5, (near, RED), (far, RED))
     found = [Detection(far), Detection(near)]
-    (after,), free = reidentify([occluded(1, BEFORE, PLACE)], found, frame, DT, config())
+    (after,), free = reidentify([occluded(1, BEFORE, PLACE)], found, [], frame, DT, config())
     assert after.track.box == pytest.approx(near)
     assert (after.track.status, after.detected, after.last_time) == (
         Status.TRACKING, True, frame.time,
@@ -93,7 +104,7 @@ def test_the_gate_grows_with_time_the_faster_the_less_evenly_an_object_moved(
     hidden = replace(occluded(1, BEFORE, PLACE), surprise=(surprise, surprise))
     for index, found in ((2, False), (15, reached)):
         frame = picture(index, (away, RED))
-        _, free = reidentify([hidden], [Detection(away)], frame, DT, config())
+        _, free = reidentify([hidden], [Detection(away)], [], frame, DT, config())
         assert (not free) == found
 
 
@@ -140,7 +151,7 @@ def test_an_object_may_reappear_beside_its_occluder() -> None:
     occluder = visible(2, frame, away)
     for by, found in ((None, False), (2, True)):
         objects = [occluded(1, BEFORE, PLACE, by), occluder]
-        _, free = reidentify(objects, [Detection(away)], frame, DT, config())
+        _, free = reidentify(objects, [Detection(away)], [], frame, DT, config())
         assert (not free) == found
 
 
@@ -148,13 +159,25 @@ def test_a_detection_of_another_color_is_no_object_that_was_there() -> None:
     away = PLACE._replace(x=60)
     for color, found in ((RED, True), (BLUE, False)):
         frame = picture(2, (away, color))
-        _, free = reidentify([occluded(1, BEFORE, PLACE)], [Detection(away)], frame, DT, config())
+        _, free = reidentify(
+            [occluded(1, BEFORE, PLACE)], [Detection(away)], [], frame, DT, config()
+        )
         assert (not free) == found
+
+
+def test_nobody_begins_where_one_who_looks_like_another_is_before_an_object() -> None:
+    over, away = PLACE._replace(x=44), PLACE._replace(x=90)
+    frame = picture(2, (over, BLUE), (away, BLUE))
+    found = [Detection(over), Detection(away)]
+    hidden = with_look(occluded(1, BEFORE, PLACE), RED)
+    after, free = reidentify([hidden], found, [], frame, DT, config())
+    assert (after, free) == ([hidden], found[1:])
+    assert reidentify([], found, found[1:], frame, DT, config()) == ([], found[:1])
 
 
 def test_visible_objects_get_none() -> None:
     objects, found = [visible(1, BEFORE, PLACE)], [Detection(PLACE)]
-    assert reidentify(objects, found, picture(1), DT, config()) == (objects, found)
+    assert reidentify(objects, found, [], picture(1), DT, config()) == (objects, found)
 
 
 LAST_SEEN = picture(100, (PLACE, RED))  # at 4 s

@@ -10,7 +10,7 @@ from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.types import Floats
-from motes.mot.association import assign_pairs, model_distances
+from motes.mot.association import SAME, assign_pairs, impostors, model_distances
 from motes.mot.overlaps import as_rows, merged_blobs, overlapping_pairs
 from motes.mot.scene_config import SceneConfig
 from motes.mot.tracked_object import TrackedObject
@@ -22,16 +22,17 @@ def associate(
     frame: Frame,
     dt: float,
     config: SceneConfig,
-) -> tuple[list[TrackedObject], list[Detection]]:
-    """Return the objects, the visible ones where they are detected; and free detections.
+) -> tuple[list[TrackedObject], list[Detection], list[Detection]]:
+    """Return the objects, the visible ones where they are detected; free detections; and covers.
 
     A detection in which several objects lie is divided between them. The others are assigned one to
-    one, by overlap and by appearance.
+    one, by overlap and by appearance. Covers are those of the free ones that are at an object's
+    place, but look like another one: somebody is before it.
     """
     after = list(objects)
     visible = [n for n, each in enumerate(objects) if not each.occluded]
     if not visible or not detections:
-        return after, list(detections)
+        return after, list(detections), []
     places = as_rows(objects[n].predicted.box for n in visible)
     boxes = as_rows(each.box for each in detections)
 
@@ -49,14 +50,20 @@ def associate(
     rows, columns, overlaps = overlapping_pairs(places, boxes, config.association.overlap)
     free = ~(np.isin(rows, held) | np.isin(columns, list(blobs)))
     rows, columns, overlaps = rows[free], columns[free], overlaps[free]
-    distances = model_distances([objects[n] for n in visible], frame, boxes, rows, columns)
+    seen = [objects[n] for n in visible]
+    distances = model_distances(seen, frame, boxes, rows, columns)
     costs = config.association.costs(overlaps, distances)
+    apart = np.flatnonzero(overlaps < SAME)
+    others = apart[impostors(seen, frame, boxes, rows[apart], columns[apart])]
+    costs[others] = np.inf
     for i, j in assign_pairs(rows, columns, costs, (len(visible), len(detections))):
         detect(i, detections[j].box)
         found = after[visible[i]].update_velocity(config.smoothing.velocity, dt)
         after[visible[i]] = found.vote(detections[j])
         taken.add(j)
-    return after, [each for j, each in enumerate(detections) if j not in taken]
+    covering = set(columns[others].tolist()) - taken
+    left = [j for j in range(len(detections)) if j not in taken]
+    return after, [detections[j] for j in left], [detections[j] for j in left if j in covering]
 
 
 def split_merged_blob(places: Floats, blob: Box) -> Floats:

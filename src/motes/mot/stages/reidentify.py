@@ -9,7 +9,8 @@ from msgspec.structs import replace
 
 from motes.core.detection import Detection
 from motes.core.frame import Frame
-from motes.mot.association import assign_pairs, model_distances, near
+from motes.core.geometry import iou
+from motes.mot.association import assign_pairs, impostors, model_distances, near
 from motes.mot.overlaps import as_rows
 from motes.mot.scene_config import SceneConfig
 from motes.mot.tracked_object import TrackedObject, confirmed
@@ -18,6 +19,7 @@ from motes.mot.tracked_object import TrackedObject, confirmed
 def reidentify(
     objects: Sequence[TrackedObject],
     free: Sequence[Detection],
+    covers: Sequence[Detection],
     frame: Frame,
     dt: float,
     config: SceneConfig,
@@ -25,12 +27,13 @@ def reidentify(
     """Return the objects, some visible again; and the detections that stay free.
 
     Detections are assigned one to one, by the distance from where an object, or its occluder,
-    should be, and by appearance.
+    should be, and by appearance. Of those that are left, the ones at an object's place that look
+    like another object, as the `covers` of visible ones do, are not free: nobody begins there.
     """
     after = list(objects)
     occluded = [n for n, each in enumerate(objects) if each.occluded]
     if not occluded or not free:
-        return after, list(free)
+        return after, [each for each in free if each not in covers]
     lost = [objects[n] for n in occluded]
     boxes = as_rows(each.box for each in free)
     predicted = {each.identity: each.predicted for each in objects}
@@ -44,6 +47,8 @@ def reidentify(
     rows, columns, off = near(places, variances, boxes, area)
     distances = model_distances(lost, frame, boxes, rows, columns)
     costs = config.association.recovery_costs(off, distances)
+    others = impostors(lost, frame, boxes, rows, columns)
+    costs[others] = np.inf
     pairs = zip(rows.tolist(), columns.tolist(), strict=True)
     distance_of = dict(zip(pairs, distances.tolist(), strict=True))
     taken = set()
@@ -54,4 +59,6 @@ def reidentify(
         track = replace(found.track, distance=distance, confidence=confidence)
         after[occluded[i]] = replace(found, track=track)
         taken.add(j)
-    return after, [each for j, each in enumerate(free) if j not in taken]
+    there = iou(as_rows(lost[i].box for i in rows.tolist()), boxes[columns])
+    taken.update(columns[others & (there >= config.association.overlap)].tolist())
+    return after, [each for j, each in enumerate(free) if j not in taken and each not in covers]
