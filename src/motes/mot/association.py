@@ -13,7 +13,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes.mot.look import UNKNOWN, Look, costs
-from motes.mot.overlaps import grouped, inscribed, search_areas
+from motes.mot.overlaps import grouped, inscribed, inside, search_areas
 from motes.mot.pairs import Integers, meeting
 from motes.mot.tracked_object import TrackedObject
 
@@ -181,7 +181,7 @@ def impostors(
     """Return of which pairs the detection looks as if it were another object, (k,).
 
     It is compared with how the object looked when it was last clear of others; of one that never
-    was, nothing is said.
+    was, and of what the edge of the picture cuts, nothing is said.
 
     Parameters
     ----------
@@ -195,4 +195,4 @@ def impostors(
     ellipses = [Ellipse(*row) for row in inscribed(boxes[seen]).tolist()]
     known = [objects[n].known for n in some.tolist()]
     unlikely = costs(Look.at(frame, ellipses), known)[places, models]
-    return np.asarray(unlikely > UNKNOWN)
+    return np.asarray((unlikely > UNKNOWN) & inside(boxes, frame)[j])

@@ -13,6 +13,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from motes.core.frame import Frame
 from motes.core.geometry import Box, intersection, iou
 from motes.core.types import Floats
 from motes.mot.pairs import Integers, meeting
@@ -158,3 +159,15 @@ def grouped(i: Integers, j: Integers) -> dict[int, Integers]:
 def _where(i: Integers, j: Integers, values: Floats, chosen: NDArray[np.bool_]) -> Overlaps:
     """Return some of the pairs."""
     return i[chosen], j[chosen], values[chosen]
+
+
+def inside(boxes: Floats, frame: Frame) -> NDArray[np.bool_]:
+    """Return which boxes (n, 4) the edge of the picture does not cut, (n,).
+
+    Detectors end boxes at the edge, so one that touches it may be cut.
+    """
+    ends = boxes[:, :2] + boxes[:, 2:]
+    out: NDArray[np.bool_] = np.all(
+        (boxes[:, :2] > 0) & (ends < (frame.width, frame.height)), axis=1
+    )
+    return out

@@ -55,14 +55,17 @@ def test_appearance_decides_between_equal_overlaps() -> None:
         )
 
 
-@pytest.mark.parametrize(("off", "own"), [(1, True), (6, False)])  # overlaps of 0.9 and of 0.54
-def test_who_looks_like_another_one_covers_an_object_unless_it_is_just_there(
-    off: int, own: bool
+@pytest.mark.parametrize(
+    ("x", "off", "own"),
+    [(20, 1, True), (20, 6, False), (6, -6, True)],  # overlaps of 0.9 and 0.54; at the edge
+)
+def test_who_looks_like_another_one_covers_an_object_unless_it_is_just_there_or_cut(
+    x: int, off: int, own: bool
 ) -> None:
-    place = LEFT._replace(x=LEFT.x + off)
+    at, place = LEFT._replace(x=x), LEFT._replace(x=x + off)
     found, frame = [Detection(place)], picture(1, (place, BLUE))
     for known, expected in ((RED, own), (BLUE, True)):
-        before = with_look(undetected(1, FRAME, LEFT), known)
+        before = with_look(undetected(1, picture(0, (at, RED)), at), known)
         (after,), free, covers = associate([before], found, frame, DT, config())
         assert after.detected is expected
         assert free == covers == found * (not expected)

@@ -11,7 +11,7 @@ from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.who_is_who import who_is_who
 from motes.mot.look import FRAMES, Look, costs
-from motes.mot.overlaps import as_rows, grouped, nested_pairs
+from motes.mot.overlaps import as_rows, grouped, inside, nested_pairs
 from motes.mot.tracked_object import TrackedObject
 
 STAY = 3.0
@@ -72,9 +72,7 @@ def _seen(
         n for n, each in enumerate(objects)
         if each.occluded or not all(objects[m].occluded for m in near.get(n, ()))
     }  # fmt: skip
-    whole = np.all(
-        (boxes[:, :2] >= 0) & (boxes[:, :2] + boxes[:, 2:] <= (frame.width, frame.height)), axis=1
-    )
+    whole = inside(boxes, frame)
     detected = {n for n in np.flatnonzero(whole).tolist() if objects[n].detected}
     clear = sorted(detected - covered - unknown)
     met_by = [
