@@ -271,6 +271,20 @@ def test_a_class_for_those_without_one_is_in_rows_too(
     assert {name for line in lines for name in line.split(",")[place]} == found
 
 
+def test_rows_without_a_class_have_that_of_their_object(go: Tell) -> None:
+    """Whoever names each object once has named all its rows; boxes without identity stay apart."""
+    rows = "frame,id,label,left,top,width,height\n0,4,cup,1,1,9,9\n1,4,,2,1,9,9\n2,4,,3,1,9,9\n"
+    Path("own.csv").write_text(f"{rows}0,-1,car,30,1,9,9\n1,-1,,30,1,9,9\n")
+    assert go("convert own.csv own.labels --to yolo --size 64x48 --label toy")[0] == 0
+    found = [each.read_text() for each in sorted(Path("own.labels/labels").iterdir())]
+    assert [[line[0] for line in text.splitlines()] for text in found] == [[*"01"], [*"02"], ["0"]]
+    Path("own.csv").write_text(rows)
+    for target in ("own.json", "own.xml"):
+        assert go(f"convert own.csv {target} --size 64x48 --label toy")[0] == 0
+        assert "cup" in (text := Path(target).read_text())
+        assert "toy" not in text
+
+
 def test_one_of_several_objects(go: Tell) -> None:
     go.says("convert two.json groundtruth.txt", 5, "choose one with --identity N")
     assert not Path("groundtruth.txt").exists()

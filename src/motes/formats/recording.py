@@ -68,6 +68,8 @@ class Recording:
     ) -> Self:
         """Return a recording of objects in frames, in any order; they get the times of these.
 
+        A row without a class has the last one that another row names for its object.
+
         Raises a FormatError if a frame is negative, or larger than any film's, its time is none, or
         an object is there twice in a frame.
 
@@ -96,6 +98,10 @@ class Recording:
             raise FormatError(f"no film has {told.stop} frames")
         frames: dict[int, list[Track]] = {frame: [] for frame in (*times, *told)}
         there = set[tuple[int, int]]()
+        objects = list(objects)
+        named = {each.identity: each.label for each in objects if each.label}
+        named.pop(ANONYMOUS, None)
+        usual = None if facts.label == LABEL else facts.label
         for each in objects:
             frame = each.frame
             if each.identity != ANONYMOUS and (frame, each.identity) in there:
@@ -103,9 +109,9 @@ class Recording:
             there.add((frame, each.identity))
             if each.label:
                 check_label(each.label)
-            nameless = each.label is None and facts.label != LABEL
-            named = structs.replace(each, label=facts.label) if nameless else each
-            frames.setdefault(frame, []).append(named)
+            if each.label is None and (label := named.get(each.identity) or usual):
+                each = structs.replace(each, label=label)
+            frames.setdefault(frame, []).append(each)
         missed: dict[int, list[int]] = {}
         for frame, identity in searched:
             missed.setdefault(frame, []).append(identity)
