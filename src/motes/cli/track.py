@@ -131,5 +131,10 @@ def _check_fitting(
         }
         refuse(unfit, "not for keyframes")
         return
-    if len(target.regions()) > 1:
+    if (count := len(target.regions())) > 1:
+        if outputs.label and outputs.label.count(",") == count - 1:
+            raise ConfigError(
+                "--label is one class, of all objects; write those of each into the column label "
+                "of the rows, and convert these."
+            )
         refuse({"--figures": outputs.figures, "--resume": outputs.resume}, "for one --init")
