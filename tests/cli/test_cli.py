@@ -244,6 +244,7 @@ def test_help_shows_what_people_use_and_help_all_the_rest(go: Go, command: str) 
         ("track FILM --init BOX --init BOX --detect face", 2, "--detect contradict each"),
         ("track FILM --init BOX --init BOX --figures f", 2, "--figures is for one --init"),
         ("track FILM --init BOX --init BOX --label cup,car", 2, "--label is one class, of all obj"),
+        ("track FILM --at 0=BOX --resume", 2, "not for keyframes: motes refine finishes such rows"),
         ("track FILM --init BOX --init 1,2,-3,4", 2, ".*has no area"),
         ("track FILM --init BOX -o r.xml --resume", 2, "--resume continues rows; r.xml holds none"),
         ("trak FILM", 2, 'Did you mean "track"'),

@@ -129,7 +129,7 @@ def _check_fitting(
             "--resume": outputs.resume,
             "--figures": outputs.figures,
         }
-        refuse(unfit, "not for keyframes")
+        refuse(unfit, "not for keyframes" + ": motes refine finishes such rows" * outputs.resume)
         return
     if (count := len(target.regions())) > 1:
         if outputs.label and outputs.label.count(",") == count - 1:
