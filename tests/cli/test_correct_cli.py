@@ -741,3 +741,13 @@ def test_boxes_over_rows_with_angles_are_not_taken_in_silence(go: Tell) -> None:
     go.says("refine FILM rows.csv -o ellipse.csv --at 18=45,44,15,20,0.2", 0, "24 rows of 24")
     go.says("refine FILM ellipse.csv --at 20=31,25,30,40", 2, "by a box, which tells no angle")
     go.says("refine FILM rows.csv --at 18=31,25,30,40", 0, "These rows have angles, and a box")
+
+
+def test_boxes_of_other_tools_are_not_replaced_in_silence(go: Tell) -> None:
+    assert go(f"track FILM --init BOX {OPTIONS} -o rows.csv")[0] == 0
+    assert go("convert rows.csv task.xml")[0] == 0
+    assert go("convert task.xml drawn.csv --video FILM")[0] == 0
+    said = "is not of a tracker of motes, and only its first box is kept. To keep more, make keyf"
+    go.says("refine FILM drawn.csv --at 18=31,25,30,40", 0, f"drawn.csv {said}")
+    go.says("refine FILM drawn.csv --at 12=31,25,30,40", 0, said, told=False)  # they are now
+    go.says("refine FILM rows.csv --at 18=31,25,30,40", 0, said, told=False)

@@ -154,6 +154,11 @@ def corrected_run(
     mark = first.ellipse if first.ellipse.theta or ellipses else first.box
     if new and len(mark) == 4 and any(each.placed and each.ellipse.theta for each in table.tracks):
         log(UPRIGHT)
+    if new and table.tracks[1:] and not table.tracked:
+        log(
+            f"{rows} is not of a tracker of motes, and only its first box is kept. To keep more, "
+            f"make keyframes of it with motes convert, and give them to motes track --keyframes."
+        )
     return table, part, History.begin(part, tracker, seed, [(first.frame, mark)], plane, preset)
 
 

@@ -118,6 +118,11 @@ class KnownRows:
         )
 
     @property
+    def tracked(self) -> bool:
+        """Whether a tracker has written rows: it compares with a model, and other tools do not."""
+        return any(math.isfinite(each.distance) for each in self.tracks)
+
+    @property
     def frames(self) -> list[int]:
         """The frames that have a row, in order."""
         return [track.frame for track in self.tracks]
