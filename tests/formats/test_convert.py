@@ -619,9 +619,9 @@ def test_guesses_that_are_marked_are_counted_where_their_frame_is_written(go: Te
         lines += [f"{frame},1,50,40,8,6,0,0.9,{state}", f"{frame},2,200,100,9,9,0,0.2,tracking"]
     Path("rows.csv").write_text("\n".join(lines) + "\n")
     counted = {
-        "a.json": "a target is lost or searched for; 2 guesses marked (",
+        "a.json": "corrects that, or marks it as absent; 2 guesses marked (",
         "a.xml": "with the 3 frames in rows.csv; 3 guesses marked (",
-        "a.yolo": "lost or searched for, or guessed; 3 guesses left out (",
+        "a.yolo": "marks it as absent; 3 guesses left out (",
     }
     for target, said in counted.items():
         go.says(f"convert rows.csv {target} --size 320x240", 0, said)
@@ -636,7 +636,8 @@ def test_that_a_target_is_not_found_does_not_say_that_it_is_not_there(go: Tell) 
     Path("rows.csv").write_text("\n".join(lines) + "\n")
     for target in ("a.yolo", "b --to yolo-predictions", "a.json"):
         line = f"convert rows.csv {target} --size 320x240 --identity 1"
-        go.says(line, 0, "with 3 of the 6 frames in rows.csv; in the others a target is lost or")
+        said = go.says(line, 0, "with 3 of the 6 frames in rows.csv; in the others a target is")
+        assert " lost or searched for: motes refine corrects that, or marks it as absent" in said
     for folder in ("a.yolo", "b"):
         texts = {path.stem: path.read_text() for path in Path(folder, "labels").glob("*.txt")}
         assert [*sorted(texts)] == ["frame_000000", "frame_000004", "frame_000005"]
@@ -686,7 +687,7 @@ def test_a_frame_of_objects_alone_that_do_not_count_is_no_empty_example(go: Tell
     rows = "1,1,9,9,20,40,1,1,1", "2,1,9,9,20,40,0,1,1", "3,1,9,9,20,40,1,1,1", "3,2,99,9,9,9,0,8,1"
     Path("gt.txt").write_text("\n".join(rows) + "\n")
     said = "with 2 of the 3 frames in gt.txt; in the others a target is lost or"
-    go.says("convert gt.txt a.yolo --size 320x240", 0, said)
+    assert "motes refine" not in go.says("convert gt.txt a.yolo --size 320x240", 0, said)
     texts = {path.stem: path.read_text() for path in Path("a.yolo/labels").glob("*.txt")}
     lines = {stem: len(text.splitlines()) for stem, text in texts.items()}
     assert lines == {"frame_000000": 1, "frame_000002": 1}

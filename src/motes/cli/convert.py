@@ -149,7 +149,9 @@ def convert(
     there = sum(bool(row.objects or row.searched) for row in recorded)
     part = f"{there - made.missed} of the" if made.missed else "the"
     count = counted(there, "frame")
+    own = source in ("csv", "jsonl") and (known is None or known.places is None)
     reason = f"; in the others a target is {made.missed_told(form)}" * (made.missed > 0)
+    reason += ": motes refine corrects that, or marks it as absent" * (made.missed > 0 and own)
     reason += guesses_told(form, made)
     if empty := len(recorded.frames) - there:
         reason += f"; nothing is in {counted(empty, 'other frame')} of its film"
