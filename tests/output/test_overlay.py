@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes import Box, ConfigError, Ellipse, Frame, Line, Regions, SourceError, Status, Track, Zone
-from motes.output.overlay import COLORS, draw
+from motes.output.overlay import COLORS, PARTICLE, draw
 from motes.output.painters import ScenePainter, speed_label
 from motes.output.scene_overlay import color_of, draw_scene
 
@@ -102,6 +102,15 @@ def test_any_ellipse_on_any_frame(ellipse: Ellipse, status: Status, size: tuple[
     )
     assert out.shape == pixels.shape
     assert out.dtype == np.uint8
+
+
+def test_a_particle_is_visible_on_every_background() -> None:
+    """A dot of a pixel and a half is lost among leaves, and in the compression of a film."""
+    target, where = track(Ellipse(100, 100, 20, 20)), slice(198, 203)
+    for color in (PARTICLE, (128, 128, 128)):
+        pixels = np.full((240, 320, 3), color, np.uint8)
+        dot = draw(pixels, target, particles=[(200, 200)], label="")[where, where]
+        assert (np.abs(dot.astype(int) - color).max(axis=-1) > 50).sum() >= 5
 
 
 def test_wrong_shapes_are_refused() -> None:

@@ -114,8 +114,9 @@ def draw(
             ink = (*color, round(40 + 180 * age / len(path)))
             pen.line(scaled(step), ink, round(SUPERSAMPLING * line))
     for x, y, opacity in zip(*np.reshape(scaled(dots), (-1, 2)).T.tolist(), alpha, strict=True):
-        radius = 0.8 * SUPERSAMPLING * line
-        pen.ellipse((x - radius, y - radius, x + radius, y + radius), (*PARTICLE, opacity))
+        for radius, hue in ((1.8 * line, CASING_COLOR), (1.2 * line, PARTICLE)):
+            reach = SUPERSAMPLING * radius
+            pen.ellipse((x - reach, y - reach, x + reach, y + reach), (*hue, opacity))
     for thickness, ink in ((3 * line, (*CASING_COLOR, 255)), (1.5 * line, (*color, 255))):
         for stroke in strokes:
             pen.line(scaled(stroke), ink, round(SUPERSAMPLING * thickness))
