@@ -143,7 +143,8 @@ def test_of_several_objects_one_is_taken(go: Tell) -> None:
     assert go("convert many.csv one.csv --identity 2")[0] == 0
     for rows, chosen in (("many.csv", "--identity 2"), ("one.csv", "")):
         assert go(f"check FILM {rows} {chosen} -o {rows}.list.csv")[0] == 0
-        assert go(f"smooth {rows} -o {rows}.smooth.csv {chosen}")[0] == 0
+        name, only = f"{rows}.smooth.csv", " of object 2 alone" * bool(chosen)
+        go.says(f"smooth {rows} -o {name} {chosen}", 0, f"wrote {name}{only}.")
     for ending in ("list", "smooth"):
         several, alone = (Path(f"{name}.csv.{ending}.csv") for name in ("many", "one"))
         assert several.read_text() == alone.read_text()

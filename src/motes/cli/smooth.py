@@ -67,8 +67,9 @@ def smooth(
             writer.add(table.row(track, place))
     if output != "-":
         hand_on(known, Path(output))
+    only = f" of object {table.identity} alone" * table.several
     states = Counter(str(track.status) for track in tracks)
     parts = [counted(len(tracks), "frame"), *(f"{s} in {n}" for s, n in states.most_common())]
     parts.append(counted(sum(track.outlier for track in tracks), "outlier"))
-    log(", ".join(parts) + (f"; wrote {output}." if output != "-" else "."))
+    log(", ".join(parts) + (f"; wrote {output}{only}." if output != "-" else "."))
     return DONE
