@@ -299,7 +299,7 @@ def bad(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("draw film.mkv nan.csv -o a.mkv", 3, "nan.csv"),
         ("draw film.mkv damaged.csv -o a.mkv", 3, "damaged.csv.run.json"),
         ("draw film.mkv empty.csv -o a.mkv", 3, "empty.csv is empty"),
-        ("draw film.mkv objects.csv --masks a", 2, "--masks is for rows of one target"),
+        ("draw film.mkv objects.csv --masks a", 2, "one target; motes convert --identity makes"),
         ("draw film.mkv objects.csv --scale 9 --figures a", 2, "--scale is for rows of one target"),
     ],
 )

@@ -63,7 +63,9 @@ class DrawOutputs:
     def of_objects(self, film: Source, name: str, regions: Regions) -> list[Sink]:
         """Return the outputs of rows of several objects."""
         if self.masks is not None:
-            raise ConfigError("--masks is for rows of one target; omit it.")
+            raise ConfigError(
+                "--masks is for rows of one target; motes convert --identity makes such rows."
+            )
         opened, anew = list[Sink](), self.overwrite
         if self.output is not None:
             paint = painted_scene(regions)
