@@ -73,6 +73,8 @@ def decode(value: Any, kind: Any) -> Any:
         if not kinds or value is None:  # the number of items is checked here too
             return msgspec.convert(value, kind)
     takes = "keys" if kinds or origin is dict else words(kind)
+    if isinstance(value, type) and issubclass(value, tuple(kinds)):
+        takes = f"a value of it, {value.__name__}()"
     raise MisfitError(f"got {_short(value)}; it takes {takes}")
 
 
