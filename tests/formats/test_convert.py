@@ -285,6 +285,22 @@ def test_rows_without_a_class_have_that_of_their_object(go: Tell) -> None:
         assert "toy" not in text
 
 
+def test_a_class_that_changes_is_said(go: Tell) -> None:
+    """As detectors' do; a box without identity is an object of its own."""
+    rows = "frame,id,label,left,top,width,height\n0,4,car,1,1,9,9\n1,4,bus,2,1,9,9\n"
+    Path("own.csv").write_text(f"{rows}0,2,car,30,1,9,9\n")
+    for target, form in (
+        ("own.json", "coco"),
+        ("own.xml", "cvat"),
+        ("own.ls.json", "label-studio"),
+    ):
+        said = f"own.csv has several classes for object 4; {form} has that of its last row."
+        go.says(f"convert own.csv {target} --size 64x48", 0, said)
+    go.says("convert own.csv own.jsonl", 0, "several classes", told=False)
+    Path("own.csv").write_text(rows.replace(",4,", ",-1,"))
+    go.says("convert own.csv own.json --size 64x48 --overwrite", 0, "several classes", told=False)
+
+
 def test_one_of_several_objects(go: Tell) -> None:
     go.says("convert two.json groundtruth.txt", 5, "choose one with --identity N")
     assert not Path("groundtruth.txt").exists()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -184,6 +184,14 @@ def convert(
         )
     if lost := registry.lost(aspects(recorded), source, form):
         log(f"{form} does not hold {', '.join(lost)}; {rows} has them.")
+    names = {(each.identity, each.label) for row in recorded for each in row.objects if each.label}
+    ways = Counter(identity for identity, _ in names if identity >= 0)
+    changing = [identity for identity, count in ways.items() if count > 1]
+    if form in ("coco", "cvat", "label-studio") and known is None and changing:
+        log(
+            f"{rows} has several classes for object {min(changing)}; {form} has that of its last "
+            f"row."
+        )
     if form in ("mot", "mot-truth") and (others := mot.numberless(recorded)):
         more = f" and {len(others) - SAID} more" * (len(others) > SAID)
         named = ", ".join(map(repr, others[:SAID]))
