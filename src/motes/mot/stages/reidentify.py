@@ -27,8 +27,8 @@ def reidentify(
     """Return the objects, some visible again; and the detections that stay free.
 
     Detections are assigned one to one, by the distance from where an object, or its occluder,
-    should be, and by appearance. Of those that are left, the ones at an object's place that look
-    like another object, as the `covers` of visible ones do, are not free: nobody begins there.
+    should be, and by appearance. Of those that are left, those that overlap an object's place and
+    look like another object, as `covers` of visible ones do, are not free: nobody begins there.
     """
     after = list(objects)
     occluded = [n for n, each in enumerate(objects) if each.occluded]
@@ -60,5 +60,5 @@ def reidentify(
         after[occluded[i]] = replace(found, track=track)
         taken.add(j)
     there = iou(as_rows(lost[i].box for i in rows.tolist()), boxes[columns])
-    taken.update(columns[others & (there >= config.association.overlap)].tolist())
+    taken.update(columns[others & (there > 0)].tolist())
     return after, [each for j, each in enumerate(free) if j not in taken and each not in covers]
