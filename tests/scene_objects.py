@@ -7,7 +7,7 @@ from msgspec.structs import replace
 
 from motes import PRESETS, Box, Frame, ParticleFilter, Status, scene_config
 from motes.core.types import Floats
-from motes.mot.look import Look
+from motes.mot.look import FRAMES, Look
 from motes.mot.scene_config import SceneConfig
 from motes.mot.tracked_object import TrackedObject
 
@@ -62,10 +62,10 @@ def occluded(identity: int, frame: Frame, box: Box, by: int | None = None) -> Tr
     return undetected(identity, frame, box).occlude(by)
 
 
-def with_look(each: TrackedObject, color: Color) -> TrackedObject:
-    """Return an object that was of a color when it was last clear of others."""
+def with_look(each: TrackedObject, color: Color, frames: int = FRAMES) -> TrackedObject:
+    """Return an object that was of a color in so many frames when it was last clear of others."""
     (look,) = Look.at(picture(0, (each.track.box, color)), [each.track.ellipse])
-    return replace(each, known=look)
+    return replace(each, known=replace(look, frames=frames))
 
 
 def statuses(objects: Sequence[TrackedObject]) -> dict[int, Status]:

@@ -81,5 +81,5 @@ def test_the_players_of_a_team_are_followed(data: Path) -> None:
     objects, _, _, precision, recall = (cell.value or 0 for cell in table.foot[0][1:])
     assert objects == 19
     assert precision >= 0.6
-    assert recall >= 0.45  # small players: some look unlike themselves in compressed frames
+    assert recall >= 0.5
     assert int(table.note.split()[0]) <= 20  # there are ten of them

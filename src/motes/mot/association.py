@@ -180,8 +180,8 @@ def impostors(
 ) -> NDArray[np.bool_]:
     """Return of which pairs the detection looks as if it were another object, (k,).
 
-    It is compared with how the object looked when it was last clear of others; of one that never
-    was, and of what the edge of the picture cuts, nothing is said.
+    It is compared with how the object looked when it was last clear of others. Of one that was so
+    for a few frames at most, and of what the edge of the picture cuts, nothing is said.
 
     Parameters
     ----------
@@ -193,6 +193,7 @@ def impostors(
     some, models = np.unique(i, return_inverse=True)
     seen, places = np.unique(j, return_inverse=True)
     ellipses = [Ellipse(*row) for row in inscribed(boxes[seen]).tolist()]
-    known = [objects[n].known for n in some.tolist()]
+    looks = (objects[n].known for n in some.tolist())
+    known = [look if look is not None and look.settled else None for look in looks]
     unlikely = costs(Look.at(frame, ellipses), known)[places, models]
     return np.asarray((unlikely > UNKNOWN) & inside(boxes, frame)[j])

@@ -44,6 +44,11 @@ class Look(msgspec.Struct, frozen=True, eq=False):
     frames: int = 1
     """How many frames it has been seen in."""
 
+    @property
+    def settled(self) -> bool:
+        """Whether it is a mean over enough frames; a single one may be blurred, or of a part."""
+        return self.frames >= FRAMES
+
     @classmethod
     def at(cls, frame: Frame, ellipses: Sequence[Ellipse]) -> list[Look]:
         """Return the looks of upright ellipses in a frame.

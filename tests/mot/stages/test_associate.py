@@ -8,23 +8,14 @@ import pytest
 from msgspec.structs import replace
 
 from motes import Box, Detection
+from motes.mot.look import FRAMES
 from motes.mot.scene_config import DetectionSelection, Smoothing
 from motes.mot.stages.associate import associate
 from motes.mot.stages.suppress_duplicates import suppress_duplicates
 from motes.mot.stages.update import update
 from motes.mot.tracked_object import REMEMBERED, TrackedObject
 from motes.sot.filtering.model_update import ExponentialForgetting
-from scene_objects import (
-    BLUE,
-    DT,
-    RED,
-    config,
-    occluded,
-    picture,
-    undetected,
-    visible,
-    with_look,
-)
+from scene_objects import BLUE, DT, RED, config, occluded, picture, undetected, visible, with_look
 
 LEFT, RIGHT = Box(20, 30, 20, 40), Box(120, 30, 20, 40)
 FRAME = picture(1, (LEFT, RED), (RIGHT, BLUE))
@@ -69,6 +60,8 @@ def test_who_looks_like_another_one_covers_an_object_unless_it_is_just_there_or_
         (after,), free, covers = associate([before], found, frame, DT, config())
         assert after.detected is expected
         assert free == covers == found * (not expected)
+        unsettled = with_look(undetected(1, picture(0, (at, RED)), at), known, FRAMES - 1)
+        assert associate([unsettled], found, frame, DT, config())[0][0].detected
 
 
 def test_velocity_and_size_follow_slowly() -> None:

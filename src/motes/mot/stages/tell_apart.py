@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.who_is_who import who_is_who
-from motes.mot.look import FRAMES, Look, costs
+from motes.mot.look import Look, costs
 from motes.mot.overlaps import as_rows, grouped, inside, nested_pairs
 from motes.mot.tracked_object import TrackedObject
 
@@ -32,9 +32,9 @@ def tell_apart(
     """Return the objects with the identities that they have from the next frame on.
 
     Objects that touch are a group, whether they are detected or not, until each has been seen clear
-    of the others for `FRAMES` frames. An identity keeps its last clear look from before. In each
-    frame, the objects of the group that are seen clear are assigned to all of its identities, also
-    to those that are hidden or still covered; these then are who is left.
+    of the others until its look is settled. An identity keeps its last clear look from before. In
+    each frame, the objects of the group that are seen clear are assigned to all of its identities,
+    also to those that are hidden or still covered; these then are who is left.
 
     Parameters
     ----------
@@ -129,9 +129,7 @@ def _assign(objects: list[TrackedObject], group: list[int]) -> None:
             if who != k:
                 objects[n] = before[k].with_identity_of(before[who])
     told = {
-        objects[n].identity
-        for n in group
-        if (seen := objects[n].seen) is not None and seen.frames >= FRAMES
+        objects[n].identity for n in group if (seen := objects[n].seen) is not None and seen.settled
     }
     for n in group:
         if objects[n].identity in told:
