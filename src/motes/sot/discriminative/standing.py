@@ -101,7 +101,7 @@ class Rival(NamedTuple):
 
 
 BESIDE = 0.2
-"""Overlap of two boxes below which they are beside each other: they show two things."""
+"""Overlap below which two boxes are beside each other, and show two objects."""
 SHARED = 0.5
 """Overlap of the boxes of two targets from which they are at one place."""
 
