@@ -157,7 +157,7 @@ class Regions(Config, frozen=True):
             if np.max(corners) <= 1 or not len(clipped(corners, width - 1, height - 1)):
                 raise ConfigError(
                     f"{name} ({_text(place.points)}) lies outside of the picture, {width}x{height} "
-                    f"pixels, or in its first one; move it."
+                    f"pixels, or is given in shares of its sides; give pixels in it."
                 )
 
     @property
