@@ -57,6 +57,8 @@ CONTAINED = 0.7
 """A box lies in another one if that one covers more than this share of it."""
 MERGED = 1.4
 """A detection that contains several objects is more than this many times as large as each."""
+FILLED = 0.6
+"""Objects in a detection that contains them have at least this share of its area together."""
 BLOCK = 500
 """Number of boxes that are compared at a time, to limit memory where most of them overlap."""
 
@@ -136,8 +138,9 @@ def without_duplicates(boxes: Floats, share: float) -> list[int]:
 def merged_blobs(places: Floats, boxes: Floats) -> dict[int, list[int]]:
     """Return which boxes (m, 4) hold several objects, in places (n, 4), each with its objects.
 
-    In such a box lie two objects or more, and it is more than `MERGED` times as large as each. An
-    object in several such boxes belongs to the one that covers most of it.
+    In such a box lie two objects or more, which fill it, and it is more than `MERGED` times as
+    large as each; else they may be parts of one object. An object in several such boxes belongs to
+    the one that covers most of it.
     """
     i, j, shares = covered_pairs(places, boxes, CONTAINED)
     sizes = np.zeros(len(boxes))
@@ -147,7 +150,8 @@ def merged_blobs(places: Floats, boxes: Floats) -> dict[int, list[int]]:
     out: dict[int, list[int]] = {box: [] for box in np.flatnonzero(several).tolist()}
     for place, box in best_partners(*_where(i, j, shares, several[j])).items():
         out[box].append(place)
-    return out
+    filled = FILLED * areas(boxes)
+    return {box: held for box, held in out.items() if areas(places[held]).sum() >= filled[box]}
 
 
 def grouped(i: Integers, j: Integers) -> dict[int, Integers]:

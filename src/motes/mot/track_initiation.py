@@ -16,10 +16,10 @@ import numpy as np
 from msgspec.structs import replace
 
 from motes.core.detection import Detection
-from motes.core.geometry import Box
+from motes.core.geometry import Box, iou
 from motes.core.types import Floats
 from motes.mot.association import assign_pairs
-from motes.mot.overlaps import as_rows, nested_pairs, overlapping_pairs
+from motes.mot.overlaps import Overlaps, as_rows, nested_pairs, overlapping_pairs
 from motes.mot.scene_config import Initiation
 
 MAX_GAP = 0.3
@@ -33,6 +33,10 @@ FEW = 20
 """Least number of unconfirmed detections from which that is learned."""
 TOUCHING = 0.3
 """A detection that covers more than this share of an object, or it of that, may be a part of it."""
+BUFFER = 0.5
+"""How much larger boxes are on each side, as shares of their sizes, where it is not known how fast
+an object is. Yang et al., Hard to track objects with irregular motions and similar appearances,
+WACV 2023, match such boxes."""
 SCORES = 1000
 """Number of latest scores that are kept; a frame with more detections is kept whole."""
 
@@ -44,6 +48,23 @@ class Tentative(NamedTuple):
     """Times and boxes of its latest detections, oldest first."""
     best: float
     """The highest score of all its detections."""
+
+    def ahead(self, time: float, overlap: float) -> Box:
+        """Return where its next detection should be.
+
+        If its last two detections do not overlap, it goes on as between them. Else it is where it
+        was: detections tremble more than that.
+        """
+        now, box = self.hits[-1]
+        if len(self.hits) == 1:
+            return box
+        before, first = self.hits[-2]
+        if iou(np.array(first), np.array(box)) >= overlap:
+            return box
+        steps = (time - now) / (now - before)
+        return box._replace(
+            x=box.x + steps * (box.x - first.x), y=box.y + steps * (box.y - first.y)
+        )
 
 
 class TrackInitiation(msgspec.Struct, frozen=True):
@@ -106,8 +127,7 @@ class TrackInitiation(msgspec.Struct, frozen=True):
         """
         before = self.candidates
         boxes = as_rows(each.box for each in free)
-        latest = as_rows(each.hits[-1][1] for each in before)
-        i, j, overlaps = overlapping_pairs(latest, boxes, overlap)
+        i, j, overlaps = self._pairs(boxes, time, overlap)
         same = assign_pairs(i, j, 1 - overlaps, (len(before), len(free)))
         history = {j: before[i] for i, j in same}
         lowest = np.quantile(self.scores, LOWEST) if free else 0.0
@@ -129,6 +149,21 @@ class TrackInitiation(msgspec.Struct, frozen=True):
         unconfirmed = _latest(self.unconfirmed, alone)
         return replace(self, candidates=tuple(waiting), unconfirmed=unconfirmed), begun
 
+    def _pairs(self, boxes: Floats, time: float, overlap: float) -> Overlaps:
+        """Return which detections, boxes (n, 4), may be of which tentative tracks.
+
+        Of one that was detected once it is not known how fast it is.
+        """
+        places = as_rows(each.ahead(time, overlap) for each in self.candidates)
+        once = np.array([len(each.hits) == 1 for each in self.candidates], bool)
+        near = overlapping_pairs(places, boxes, overlap)
+        far = overlapping_pairs(_buffered(places), _buffered(boxes), overlap)
+        of_near, of_far = ~once[near[0]], once[far[0]]
+        i, j, overlaps = (
+            np.concatenate([a[of_near], b[of_far]]) for a, b in zip(near, far, strict=True)
+        )
+        return i, j, overlaps
+
     def _missed(self, found: set[int], time: float) -> tuple[list[Tentative], list[Tentative]]:
         """Return the tentative tracks that a frame did not confirm: who waits, and who is over."""
         waiting, over = list[Tentative](), list[Tentative]()
@@ -137,6 +172,11 @@ class TrackInitiation(msgspec.Struct, frozen=True):
                 waits = len(each.hits) > 1 and time - each.hits[-1][0] <= MAX_GAP
                 (waiting if waits else over).append(each)
         return waiting, over
+
+
+def _buffered(boxes: Floats) -> Floats:
+    """Return boxes (n, 4) that are larger on each side by `BUFFER`."""
+    return np.hstack([boxes[:, :2] - BUFFER * boxes[:, 2:], (1 + 2 * BUFFER) * boxes[:, 2:]])
 
 
 def _latest(scores: tuple[float, ...], new: Sequence[float]) -> tuple[float, ...]:

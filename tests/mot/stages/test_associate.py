@@ -83,6 +83,16 @@ def test_a_detection_of_two_objects_is_divided() -> None:
     assert free == []
 
 
+def test_a_detection_is_not_divided_between_parts_that_do_not_fill_it() -> None:
+    """Two of 10 x 20 are a sixth of 40 x 60."""
+    parts = [Box(24, 30, 10, 20), Box(40, 60, 10, 20)]
+    before = [undetected(n, FRAME, part) for n, part in enumerate(parts, start=1)]
+    found = [Detection(Box(20, 26, 40, 60))]
+    after, free, _ = associate(before, found, FRAME, DT, config())
+    assert not any(each.detected for each in after)
+    assert free == found
+
+
 def test_a_part_neither_moves_nor_shrinks_an_object() -> None:
     """A wall hides it from the right: what is seen of it stays behind."""
     moving = replace(undetected(1, FRAME, LEFT), velocity=np.array([100.0, 0.0]))

@@ -42,8 +42,6 @@ def associate(
     blobs = merged_blobs(places, boxes)
     taken, held = set(blobs), [i for inside in blobs.values() for i in inside]
     for j, inside in blobs.items():
-        if not inside:  # another such detection covers more of each of its objects
-            continue
         shared = split_merged_blob(places[inside], detections[j].box)
         for i, box in zip(inside, shared.tolist(), strict=True):
             detect(i, Box(*box))
