@@ -16,17 +16,29 @@ import pytest
 
 from clips import write_film
 from commands import Go, running
-from motes import ParticleFilter, Tracker, TrackerConfig, configure, preset, scene_config, synthetic
+from motes import (
+    Discriminative,
+    Ellipse,
+    Frame,
+    ParticleFilter,
+    Tracker,
+    TrackerConfig,
+    configure,
+    preset,
+    scene_config,
+    synthetic,
+)
 from motes.core import registry
 from motes.core.config import from_dict, from_toml
 from motes.core.config_keys import keys
 from motes.core.errors import ConfigError, FormatError, PluginError
+from motes.core.types import Floats
 from motes.cues.base import CUES
 from motes.cues.color import Color
 from motes.formats.registry import FORMATS
 from motes.mot.scene_config import DETECTORS, WatchConfig, named_detector
-from motes.sot.discriminative.expert import EXPERTS
-from motes.sot.filtering.motion import MOTIONS
+from motes.sot.discriminative.expert import EXPERTS, Confined
+from motes.sot.filtering.motion import MOTIONS, RandomWalk
 from motes.testing import check_cue, check_detector, check_expert, check_motion
 from pages import run_page
 
@@ -290,6 +302,50 @@ def test_packages_that_are_broken(code: str, name: str, message: str, site: Path
     configure(preset("nummiaro"), {"motion": {"type": "random_walk"}})
     with pytest.raises(ConfigError, match="did you mean 'particles'"):
         configure(preset("nummiaro"), {"particels": 5})
+
+
+class Emptying(RandomWalk, frozen=True, tag="emptying"):
+    """A motion model that loses a particle."""
+
+    def ellipses(self, states: Floats) -> Floats:
+        """Return NaN for the last one."""
+        ellipses = super().ellipses(states).copy()
+        ellipses[-1, 2] = np.nan if len(states) > 1 else 20.0
+        return ellipses
+
+
+class Blind(Color, frozen=True):
+    """A cue that divides by zero where it sees nothing."""
+
+    def distances(self, model: Any, frame: Frame, ellipses: Floats) -> Floats:
+        """Return NaN for all."""
+        return np.full(len(ellipses), np.nan)
+
+
+class Mute(Confined, frozen=True):
+    """An expert that divides by zero."""
+
+    def log_odds(self, sight: Any, place: Ellipse) -> float:
+        """Return NaN."""
+        return np.nan
+
+
+@pytest.mark.parametrize(
+    ("config", "part"),
+    [
+        (ParticleFilter(color=Color(), motion=Emptying()), "motion model 'emptying'"),
+        (ParticleFilter(color=Color(), extra_cues={"blind": Blind()}), "cue 'blind'"),
+        (Discriminative(extra_experts={"mute": Mute()}), "expert 'mute'"),
+    ],
+)
+def test_no_number_is_not_followed(config: TrackerConfig, part: str) -> None:
+    def follow() -> None:
+        tracker = Tracker(config)
+        for frame, (truth,) in CLIP:
+            tracker.update(frame) if frame.index else tracker.init(frame, truth.ellipse)
+
+    with pytest.raises(PluginError, match=f"The {part} returns NaN or infinity; correct it"):
+        follow()
 
 
 def test_a_format_that_is_none(site: Path) -> None:

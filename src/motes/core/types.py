@@ -1,4 +1,4 @@
-"""Names for the arrays that pass between functions, whose docstrings give shapes; their median."""
+"""Names for the arrays that pass between functions, whose docstrings give shapes; their checks."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+
+from motes.core.errors import PluginError
 
 Floats: TypeAlias = NDArray[np.float64]
 """Ellipses, histograms, distances, weights and all other numbers in double precision."""
@@ -31,3 +33,14 @@ def median(values: NDArray[np.floating[Any]]) -> float:
     low, high = (values.size - 1) // 2, values.size // 2
     ordered = np.partition(values, (low, high), axis=None)
     return float(ordered[low] + ordered[high]) / 2
+
+
+def check_finite(values: Numbers | float, kind: str, name: object) -> None:
+    """Raise a PluginError if a part of a tracker returns NaN or infinity: all after it would be so.
+
+    `kind` and `name` are those of the part, such as a cue and hue.
+    """
+    if not np.isfinite(values).all():
+        raise PluginError(
+            f"The {kind} {name!r} returns NaN or infinity; correct it, and see motes.testing."
+        )

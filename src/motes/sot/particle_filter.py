@@ -17,9 +17,10 @@ from motes.core.config import Config, Particles, check_extra_names
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
+from motes.core.registry import tag_of
 from motes.core.saved_state import in_types_of, middle_of
 from motes.core.track import TRACKING, Status, Track
-from motes.core.types import Floats
+from motes.core.types import Floats, check_finite
 from motes.cues.base import CUES, AdaptableCue, Cue
 from motes.cues.color import Color, Posterior
 from motes.cues.correlation_filter import Correlation
@@ -280,12 +281,13 @@ class ParticleFilter(Algorithm[FilterState], Config, frozen=True, dict=True, tag
     def _backgrounds(
         self, models: Mapping[str, Model], frame: Frame, region: Ellipse, *, target_in_frame: bool
     ) -> dict[str, BackgroundStatistics]:
-        return {
-            name: self.presence.background(
+        found = {}
+        for name, cue in self.cues.items():
+            found[name] = self.presence.background(
                 cue, models[name], frame, region, target_in_frame=target_in_frame
             )
-            for name, cue in self.cues.items()
-        }
+            check_finite(found[name].mean, "cue", name)
+        return found
 
     def _begin(
         self,
@@ -316,6 +318,7 @@ class ParticleFilter(Algorithm[FilterState], Config, frozen=True, dict=True, tag
             return self.color_step.observe(frame, state, states)
         models = state.models
         ellipses = self.motion.ellipses(states)
+        check_finite(ellipses, "motion model", tag_of(type(self.motion)))
         distances = self._distances(models, frame, ellipses)
         names = list(self.cues)
         logs = self.likelihood.log(names, distances)
@@ -340,9 +343,11 @@ class ParticleFilter(Algorithm[FilterState], Config, frozen=True, dict=True, tag
 
     def _distances(self, models: Mapping[str, Model], frame: Frame, ellipses: Floats) -> Floats:
         """Return the distances (J, N) of ellipses (N, 5) by each cue."""
-        return np.array(
-            [cue.distances(models[name], frame, ellipses) for name, cue in self.cues.items()]
-        )
+        distances = []
+        for name, cue in self.cues.items():
+            distances.append(cue.distances(models[name], frame, ellipses))
+            check_finite(distances[-1], "cue", name)
+        return np.array(distances)
 
     def _judge(
         self, state: FilterState, frame: Frame, seen: Observation

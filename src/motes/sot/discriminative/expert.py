@@ -19,6 +19,7 @@ from motes.core.config import Config, NonNegative
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.registry import Registry
+from motes.core.types import check_finite
 from motes.cues.confined_filter import ConfinedFilter, ConfinedModel, ConfinedView
 
 NEUTRAL = 0.6
@@ -139,13 +140,20 @@ class Experts:
 
     def proposals(self, sights: Mapping[str, Any]) -> list[Ellipse]:
         """Return where the experts see the target."""
-        places = [expert.proposes(sights[name]) for name, expert in self.named.items()]
-        return [place for place in places if place is not None]
+        places = {name: expert.proposes(sights[name]) for name, expert in self.named.items()}
+        seen = {name: place for name, place in places.items() if place is not None}
+        for name, place in seen.items():
+            check_finite(place, "expert", name)
+        return list(seen.values())
 
     def log_odds(self, sights: Mapping[str, Any], place: Ellipse) -> float:
         """Return by how much the experts together speak for a place."""
-        voices = (expert.log_odds(sights[name], place) for name, expert in self.named.items())
-        return float(sum(voices))  # of a NumPy number, `>` gives a value that is no `True`
+        total = 0.0
+        for name, expert in self.named.items():
+            voice = float(expert.log_odds(sights[name], place))  # `>` of NumPy's gives no `True`
+            check_finite(voice, "expert", name)
+            total += voice
+        return total
 
     def updated(
         self,
