@@ -119,8 +119,8 @@ def corrected_run(
     """Return the rows of one target, their film, and their history with its keyframes.
 
     Of several targets, that with the identity is taken. Rows of a plain `motes track` get the first
-    place of the target as their keyframe, an ellipse if it is turned or `new` marks are ellipses,
-    and may get another tracker. Raises a ConfigError for an unknown option, one that is remembered
+    place of the target as their keyframe, a box if `new` marks are or no row has an angle, and may
+    get another tracker. Raises a ConfigError for an unknown option, one that is remembered
     already, or rows without a target; and an InputError if the rows lack this target, or have
     several and none is chosen, or it is another film.
     """
@@ -150,9 +150,11 @@ def corrected_run(
         seed = options.seed or 0
     part = film.part(table.frames[0], table.frames[-1] + 1)
     first = table.first_tracked
-    ellipses = any(region is not None and len(region) == 5 for _, region in new)
-    mark = first.ellipse if first.ellipse.theta or ellipses else first.box
-    if new and len(mark) == 4 and any(each.placed and each.ellipse.theta for each in table.tracks):
+    turned = any(each.placed and each.ellipse.theta for each in table.tracks)
+    forms = {len(region) for _, region in new if region is not None}
+    boxes = not first.ellipse.theta and (4 in forms or not (turned or forms))
+    mark = first.box if boxes else first.ellipse
+    if boxes and turned:
         log(UPRIGHT)
     if new and table.tracks[1:] and not table.tracked:
         log(
