@@ -69,7 +69,9 @@ def test_a_video_gives_its_pictures(whole: Path) -> None:
         assert source.duration == pytest.approx(12 / 25)
         assert source.name == str(whole)
         assert not source.live
-        frames = list(source)
+        frames = [next(source), *source]  # whoever has begun goes on
+        with pytest.raises(SourceError, match=r"is read to its end; open it again to read it"):
+            list(source)
     assert [frame.index for frame in frames] == list(range(12))
     assert [frame.time for frame in frames] == pytest.approx([i / 25 for i in range(12)])
     for frame in frames:

@@ -59,6 +59,8 @@ _URL = re.compile(r"([a-z][a-z0-9+.-]+)://", re.IGNORECASE)
 class Source:
     """An iterator of frames, and a context manager that closes what it reads; see `open_source`.
 
+    It is read once: to loop over it again after its end is a SourceError.
+
     Attributes
     ----------
     name
@@ -109,6 +111,7 @@ class Source:
         self.width, self.height = first.width, first.height
         self._frames: Iterator[Frame] | None = itertools.chain([first], frames)
         """None when it is closed."""
+        self._ended = False
         if assumption := self.report.assumption:
             LOG.warning("%s: %s", name, assumption)
 
@@ -133,6 +136,8 @@ class Source:
             yield Frame(index, moment, pixels, arrived=arrived)
 
     def __iter__(self) -> Self:
+        if self._ended:
+            raise SourceError(f"{self.name} is read to its end; open it again to read it anew.")
         return self
 
     def __next__(self) -> Frame:
@@ -141,6 +146,7 @@ class Source:
         try:
             return next(self._frames)
         except StopIteration:
+            self._ended = True
             self._log()
             raise
 
