@@ -54,7 +54,10 @@ def go(film: Path, here: Path, capfd: pytest.CaptureFixture[str]) -> Tell:
         ("track film.mkv --set particles", "--set takes KEY=VALUE, as in motion.noise.size=0.1"),
         ("track film.mkv --set a.b=1 --set a=2", "--set gives a twice, or keys inside it too"),
         ("track film.mkv --preset numiaro --set motion.nois=1", "did you mean 'nummiaro'?"),
-        ("track film.mkv --preset nummiaro --set motion=3", "motion: got 3; it takes keys."),
+        (
+            "track film.mkv --preset nummiaro --set motion=random_walk",
+            "motion.type: this key is missing before 'random_walk'; known are random_walk, ",
+        ),
         ("track film.mkv --set motion.noise.size=1", "no key 'motion'; preset nummiaro has it."),
         ("watch film.mkv --set detectr.history=3", "did you mean 'detector'?"),
         ("batch film.mkv film.mkv --do watch -o r", "film.mkv; quote a pattern, as 'img/*.png'"),

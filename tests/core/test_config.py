@@ -128,7 +128,11 @@ def test_lists_with_fields_that_are_none_survive_toml() -> None:
         ({"kernels": 5}, "no key 'kernels'; known keys: "),  # kernel is one of color
         ({"confined": {"weight": 0}}, "Config has no key 'confined'; preset default has it."),
         ({"particles": "many"}, "Config particles: got 'many'; it takes integer, 1 to 1,000,000."),
-        ({"motion": 3}, "Config motion: got 3; it takes keys."),
+        (
+            {"motion": 3},
+            "Config motion.type: this key is missing before 3; known are random_walk, ",
+        ),
+        ({"budget": 3}, "Config budget: got 3; it takes keys: min, max, error, bin."),
         ({"color": Color}, "color.Color'>; it takes a value of it, Color()."),  # the class itself
         ({"fusion": {"weights": {"color": 0}}}, "fusion.weights.color: got 0; it takes number, "),
         ({"motion": {"type": "teleport"}}, "motion.type: Invalid value 'teleport'"),

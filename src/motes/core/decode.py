@@ -72,10 +72,19 @@ def decode(value: Any, kind: Any) -> Any:
     with contextlib.suppress(msgspec.ValidationError, UnicodeEncodeError):
         if not kinds or value is None:  # the number of items is checked here too
             return msgspec.convert(value, kind)
-    takes = "keys" if kinds or origin is dict else words(kind)
     if isinstance(value, type) and issubclass(value, tuple(kinds)):
-        takes = f"a value of it, {value.__name__}()"
+        raise MisfitError(f"got {_short(value)}; it takes a value of it, {value.__name__}()")
+    if kinds and registry_of(kinds[0]) is not None:
+        reason = f"this key is missing before {_short(value)}; known are {_tags(kind)}"
+        raise MisfitError(reason, ("type",))
+    inside = f"keys: {', '.join(field.name for field in fields(kinds[0]))}" if kinds else "keys"
+    takes = inside if kinds or origin is dict else words(kind)
     raise MisfitError(f"got {_short(value)}; it takes {takes}")
+
+
+def _tags(kind: Any) -> str:
+    """Return the tags of the classes that a type accepts, as text."""
+    return ", ".join(str(tag_of(each)) for each in alternatives(kind))
 
 
 def _chosen(values: Mapping[str, Any], kind: Any, kinds: list[type]) -> type:
@@ -92,10 +101,9 @@ def _chosen(values: Mapping[str, Any], kind: Any, kinds: list[type]) -> type:
         fitting = []
     if fitting:
         return fitting[0]
-    known = ", ".join(str(tag_of(each)) for each in alternatives(kind))
     if "type" not in values:
-        raise MisfitError(f"it needs the key type; known are {known}")
-    raise MisfitError(f"Invalid value {_short(tag)}; known are {known}", ("type",))
+        raise MisfitError(f"it needs the key type; known are {_tags(kind)}")
+    raise MisfitError(f"Invalid value {_short(tag)}; known are {_tags(kind)}", ("type",))
 
 
 def _made(values: Mapping[str, Any], kind: type) -> Any:
