@@ -287,6 +287,21 @@ def test_every_format_that_is_written_is_read_back(
         page.do("remove_object", object=new)
 
 
+def test_upright_ellipses_of_a_file_stay_ellipses(
+    client: httpx.Client, session: str, both: Both
+) -> None:
+    file = '<annotations><track id="0" label="a"><ellipse frame="0" cx="40" cy="40" rx="9" ry="5"/>'
+    file += '</track><track id="1" label="b"><box frame="0" xtl="30" ytl="30" xbr="50" ybr="40"/>'
+    keyframes = "frame,x,y,a,b,theta\n0,40,40,9,5,0\n"
+    for name, text in (("a.xml", f"{file}</track></annotations>"), ("k.csv", keyframes)):
+        answer = client.post(f"/api/sessions/{session}/import?name={name}", content=text)
+        assert answer.status_code == 201, answer.text
+        numbers = answer.json()["objects"]
+        both.page.until(lambda numbers=numbers: all(map(both.page.has, numbers)))  # type: ignore[misc]
+        found = [len(both.page.item(each).keyframes[0].region) for each in numbers]
+        assert found == [5, 4][: len(numbers)]
+
+
 def test_objects_of_a_file_keep_their_classes_and_get_no_other(
     client: httpx.Client, session: str, both: Both
 ) -> None:

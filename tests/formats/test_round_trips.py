@@ -233,6 +233,21 @@ def test_a_file_of_keyframes(tmp_path: Path) -> None:
     assert len(rows) == drawn  # those that the user has drawn, and no others
 
 
+UPRIGHT = {
+    "keyframes": "frame,x,y,a,b,theta\n0,60,50,20,12,0\n5,70,50,20,12,0\n",
+    "cvat": '<annotations><track id="4" label="cup"><ellipse frame="0" cx="60.5" cy="50.5" rx="20" '
+    'ry="12"/><ellipse frame="5" cx="70.5" cy="50.5" rx="20" ry="12"/></track></annotations>',
+}
+
+
+@pytest.mark.parametrize("form", UPRIGHT)
+def test_upright_ellipses_stay_ellipses(form: str, tmp_path: Path) -> None:
+    (tmp_path / "a").write_text(UPRIGHT[form])
+    path = tmp_path / "keyframes.csv"
+    registry.write(path, "keyframes", registry.read(tmp_path / "a", form, FACTS), 0.0)
+    assert path.read_text() == UPRIGHT["keyframes"]
+
+
 @pytest.mark.parametrize(
     ("file", "text", "name"),
     [

@@ -177,7 +177,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     if any(each.tag in SHAPES for part in root.iter() if part.tag not in HOLDERS for each in part):
         raise FormatError("it has a shape that is in no track and in no image")
     _check_one_task(root, [*tracks, *images])
-    ids, step, unplaced = set[int](), _step(root), set[int]()
+    ids, step, unplaced, ellipses = set[int](), _step(root), set[int](), set[int]()
     task = _task_frames(root, step)
     end = min(facts.frames or task.stop, task.stop) if task is not None else facts.frames or 0
     for place, track in enumerate(tracks):
@@ -187,6 +187,8 @@ def read(path: Path, facts: FilmFacts) -> Recording:
                 raise ValueError("its id is negative, or that of another track")
             ids.add(identity)
             objects += _read_track(track, identity, _label(track, facts), step, end)
+            if track.find("ellipse") is not None:
+                ellipses.add(identity)
             shapes = (shape for shape in track if shape.tag in UNREAD)
             unplaced |= {_frame(shape) for shape in shapes if not _flag(shape, "outside")}
     frames, notes = _image_frames(images, images_of(facts))
@@ -224,7 +226,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     found = Recording.of(facts, objects, times, size, named, left_out, searched)
     if tracks and [*facts.files] != sorted(facts.files):
         notes.append(ORDER)
-    return replace(found, notes=notes, stride=step)
+    return replace(found, notes=notes, stride=step, ellipses=ellipses)
 
 
 def _image_frames(images: list[Element], known: Mapping[str, int]) -> tuple[list[int], list[str]]:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.errors import FormatError
-from motes.core.geometry import as_ellipse
+from motes.core.geometry import Ellipse, as_ellipse
 from motes.core.track import Status
 from motes.core.types import Floats
 from motes.correction.keyframes import read_keyframes
@@ -78,7 +78,7 @@ def write(recorded: Recording, keyframe_error: float = KEYFRAME_ERROR) -> Iterat
     as keep linear interpolation within `keyframe_error` pixels.
     """
     here = recorded.only_object("A file of keyframes")
-    turned = any(each.ellipse.theta for each in here.values())
+    turned = any(each.ellipse.theta or each.identity in recorded.ellipses for each in here.values())
     yield TITLES[turned]
     hidden = {
         row.frame for row in recorded if any(each.status is Status.OCCLUDED for each in row.objects)
@@ -120,4 +120,6 @@ def read(path: Path, facts: FilmFacts) -> Recording:
             if region is not None:
                 objects.append(sound(placed(frame, as_ellipse(region))))
     found = Recording.of(facts, objects, dict.fromkeys(marks))
+    if any(isinstance(region, Ellipse) for region in marks.values()):
+        return replace(found, listed=True, ellipses={1})
     return replace(found, listed=True, notes=[CORNER])

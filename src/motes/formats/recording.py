@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Self
@@ -53,6 +53,8 @@ class Recording:
     """That of the run or task, which skips the frames in between."""
     listed: bool = False
     """Whether nobody has looked at other frames, as between keyframes: objects go on there."""
+    ellipses: Collection[int] = ()
+    """Identities of objects that were drawn as ellipses: these tell an angle, also one of 0."""
 
     @classmethod
     def of(

@@ -6,6 +6,7 @@ gets no more than objects that a session may have.
 
 from __future__ import annotations
 
+import dataclasses
 import tempfile
 import zipfile
 import zlib
@@ -124,7 +125,7 @@ def recording(
                 )
             read = registry.read(path, form, facts)
             frames = [*read]  # only then all is known that is left out
-            recorded = Recording(read.head, frames, [*read.left_out], [*read.notes])
+            recorded = dataclasses.replace(read, frames=frames)
         except MotesError as error:
             said = str(error).replace(f"{folder}/", "").replace(f"{path.parent}/", "")
             raise FormatError(said) from None
@@ -214,6 +215,7 @@ def taken(
         some = not all(each.keyframe for each in rows.values())
         keys = [frame for frame in frames if rows[frame].keyframe] if some else frames[:1]
         places = {frame: rows[frame].ellipse for frame in keys}
+        ellipse = own or identity in recorded.ellipses
         first, last = min(rows), max(rows)
         numbered = not alone and identity >= 0  # else it is a box without one
         behind = f" ({identity})" if numbered else ""
@@ -221,7 +223,7 @@ def taken(
         name = label[: LONGEST - len(behind)] + behind
         target = DrawnTarget(
             number, name, COLORS[0], "default", None, 0, first, last,
-            keys={frame: tuple(each) for frame, each in places.items()} if own else _drawn(places),
+            keys=_drawn(places, ellipse=ellipse),
         )  # fmt: skip
         targets.append(target)
         cues = len(target.tracker.cues)
@@ -240,12 +242,13 @@ def _marked(recorded: Recording, times: Sequence[float]) -> DrawnTarget:
     marks = {row.frame: row.objects[0].ellipse if row.objects else None for row in recorded}
     head, frames = recorded.head, range(len(times))
     check_keyframes(marks, head.source, frames, head.width, head.height)
-    keys = _drawn({frame: region for frame, region in marks.items() if region is not None})
+    places = {frame: region for frame, region in marks.items() if region is not None}
+    keys = _drawn(places, ellipse=bool(recorded.ellipses))
     absent = ranges(frame for frame, region in marks.items() if region is None)
     return DrawnTarget(1, "", COLORS[0], "default", None, 0, 0, frames[-1], absent, keys=keys)
 
 
-def _drawn(places: Mapping[int, Ellipse]) -> dict[int, Region]:
-    """Return places as they were drawn: boxes where no ellipse is turned."""
-    boxed = not any(each.theta for each in places.values())
-    return {frame: tuple(each.box if boxed else each) for frame, each in places.items()}
+def _drawn(places: Mapping[int, Ellipse], *, ellipse: bool) -> dict[int, Region]:
+    """Return places as they were drawn: boxes, unless as an `ellipse`, or one is turned."""
+    ellipse = ellipse or any(each.theta for each in places.values())
+    return {frame: tuple(each if ellipse else each.box) for frame, each in places.items()}
