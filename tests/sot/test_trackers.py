@@ -38,6 +38,19 @@ def test_each_is_followed_as_if_alone(preset: str, threads: int) -> None:
         np.testing.assert_array_equal(trackers.each[i].info.ellipses, alone.info.ellipses)
 
 
+def test_one_of_several_is_corrected() -> None:
+    """It goes on from there as a tracker alone does, and so do the others from where they are."""
+    trackers, alone = Trackers("nummiaro"), Tracker("nummiaro", seed=1)
+    trackers.init(clip()[0], REGIONS)
+    alone.init(clip()[0], REGIONS[1])
+    moved = REGIONS[1]._replace(x=64)
+    for each in (trackers.each[1], alone):
+        each.correct(moved)
+    found = trackers.update(clip()[1])
+    assert [each.identity for each in found] == [1, 2, 3]
+    assert found[1].ellipse == alone.update(clip()[1]).ellipse
+
+
 def test_what_is_refused() -> None:
     with pytest.raises(ConfigError, match="1 or more threads; got 0"):
         Trackers(threads=0)

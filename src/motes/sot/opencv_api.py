@@ -30,7 +30,8 @@ class OpenCVTracker:
     Attributes
     ----------
     tracker
-        The `Tracker` behind it. Its images are RGB: to its `reinit` give `image[:, :, ::-1]`.
+        The `Tracker` behind it, for `correct`, `save` and `load`. Its own images are RGB, and its
+        `reinit` counts one as the next frame: to follow another object, call `init` here again.
     """
 
     def __init__(

@@ -53,7 +53,11 @@ class Trackers:
     """
 
     each: list[Tracker]
-    """The trackers, in the order in which they were added."""
+    """The trackers, in the order in which they were added.
+
+    `each[0].correct(region)` puts the first object at its true place. To follow another object in
+    place of one, `remove` it, and `add` that.
+    """
 
     def __init__(
         self,
