@@ -163,7 +163,7 @@ def test_detections_in_a_file(tmp_path: Path) -> None:
         (range(3, 30, 4), 1, "=4 --start 2"),
         (range(1, 30, 5), 5, None),  # as with detections.every=5
         (range(1, 18, 5), 1, None),  # too few to tell
-        ([1, 3, 5, 7, 9, 12], 1, None),
+        ([1, 3, 5, 7, 9, 28], 1, None),
         ([7, 8], 1, None),
         ([7], 1, None),
     ],
@@ -180,6 +180,27 @@ def test_detections_of_every_nth_frame_are_noticed(
     assert [text.partition("detections.every")[2] for text in said] == [advice] * bool(advice)
 
 
+@pytest.mark.parametrize(
+    ("frames", "told"),
+    [
+        (range(1, 21), True),  # its detector was stopped, or saw every other frame of the film
+        ([1, 2, 3, 20], False),  # too few to tell
+        ([1, 2, 3, 4, 5, 24, 25], False),  # a street is empty now and then
+        (range(1, 40), False),
+    ],
+)
+def test_detections_that_end_before_the_film_are_noticed(
+    tmp_path: Path, frames: Sequence[int], told: bool
+) -> None:
+    path = tmp_path / "det.txt"
+    path.write_text("".join(f"{frame},-1,1,1,5,6,1\n" for frame in frames))
+    detector = RecordedDetections(path)
+    for i in range(40):
+        detector(Frame(i, i / 25, np.zeros((9, 9, 3), np.uint8)))
+    said = f"the last detections of {path} are of frame 19, and 20 frames come after it; if its "
+    assert [text.startswith(said) for text in detector.unused_detections] == [True] * told
+
+
 def test_a_file_that_holds_no_detections_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "det.txt"
     with pytest.raises(SourceError, match="check the name"):
@@ -187,7 +208,8 @@ def test_a_file_that_holds_no_detections_is_refused(tmp_path: Path) -> None:
     path.write_text("\n \n")
     with pytest.raises(SourceError, match=r"det.txt has no detections; give a file that has some"):
         RecordedDetections(path)
-    for line in ("1,-1,2,3,x,5,1", "1,-1,2", "1,-1,2,3,0,5,1", "nan,-1,1,1,1,1,1", "0,-1,2,3,4,5"):
+    wrong = ("1,-1,2,3,x,5,1", "1,-1,2", "1,-1,2,3,0,5,1", "nan,-1,1,1,1,1,1", "0,-1,2,3,4,5")
+    for line in (*wrong, "1.5,-1,2,3,4,5,1", "1,2.5,3,4,5,0.9"):  # the last has no identity
         path.write_text(f"1,-1,1,1,5,6,2\n{line}\n")
         with pytest.raises(SourceError, match="line 2, is not a detection"):
             RecordedDetections(path)

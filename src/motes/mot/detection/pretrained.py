@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -113,14 +114,16 @@ class RecordedDetections:
             if not line.strip():
                 continue
             try:
-                frame, _, x, y, width, height, score = map(float, (line + ",1").split(",")[:7])
+                numbers = map(float, (line + ",1").split(",")[:7])
+                frame, identity, x, y, width, height, score = numbers
                 sized = 0 < width < 1e6 and 0 < height < 1e6
-                if not (frame >= 1 and sized and math.isfinite(frame + x + y + score)):
+                counted = frame >= 1 and frame.is_integer() and identity.is_integer()
+                if not (counted and sized and math.isfinite(x + y + score)):
                     raise ValueError
             except ValueError:
                 raise SourceError(
-                    f"{path}, line {number}, is not a detection: frame from 1, -1, x, y, width, "
-                    f"height, score; got {line[:60]!r}."
+                    f"{path}, line {number}, is not a detection with commas: frame from 1, -1, x, "
+                    f"y, width, height, score; got {line[:60]!r}."
                 ) from None
             found = Detection(Box(x - 1, y - 1, width, height), score)
             self._frames.setdefault(int(frame) - 1, []).append(found)
@@ -158,4 +161,12 @@ class RecordedDetections:
             f"{start}"
         )
         told = apart > 1 == self._apart and len(self._frames) >= FEW
-        return [text] * (unused > 0) + [rare] * told
+        order = sorted(self._frames)
+        rest = self._last - order[-1]
+        ends = (
+            f"the last detections of {self._path} are of frame {order[-1]}, and {rest} frames come "
+            f"after it; if its detector stopped there, or saw fewer frames, make the file anew"
+        )
+        pauses = (after - before for before, after in pairwise(order))
+        short = len(order) >= FEW and rest > max(self._last / 10, *pauses)
+        return [text] * (unused > 0) + [rare] * told + [ends] * short
