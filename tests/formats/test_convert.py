@@ -464,6 +464,17 @@ def test_what_is_left_out_is_said(go: Tell) -> None:
     go.says("convert a.json.rows.jsonl a.json", 0, "the last line, which is cut off")
 
 
+def test_angles_of_other_tools_are_not_misread_in_silence(go: Tell) -> None:
+    """An ellipse of theirs may begin upright, and go on in degrees; a box has no angle."""
+    rows = "frame,id,x,y,a,b,theta\n0,1,50,40,9,5,0\n1,1,50,40,9,5,6\n2,1,50,40,9,5,14\n"
+    Path("a.csv").write_text(rows)
+    go.says(
+        "convert a.csv b.csv", 3, "row 3: theta goes from 6 to 14; it is in radians, and a turn"
+    )
+    Path("a.csv").write_text("frame,left,top,width,height,theta\n0,50,40,9,5,30\n")
+    go.says("convert a.csv b.csv", 0, "left out of a.csv: the columns theta.")
+
+
 def test_a_folder_is_whole_or_not_there(go: Tell, monkeypatch: pytest.MonkeyPatch) -> None:
     """A part of one would read as whole: there are fewer frames, and nothing says so."""
     with monkeypatch.context() as patch:

@@ -123,10 +123,11 @@ def recording_of_rows(
         )
     place = ELLIPSE if "x" in names else BOX
     times: dict[int, float | None] = {}
-    others = [name for name in names if name not in KNOWN]
+    apart = set(ELLIPSE) - set(place)  # such as an angle beside a box
+    others = [name for name in names if name not in KNOWN or name in apart]
     left_out = [f"the columns {', '.join(others)[:80]}"] if others else []
     objects, searched = [], []
-    turned = set[int]()
+    angles: dict[int, float] = {}
     for number, row in enumerate(rows, start=1):
         known = {name: value for name, value in row.items() if value not in ("", None)}
         known = {name: value for name, value in known.items() if value == value}  # NaN is empty
@@ -137,9 +138,15 @@ def recording_of_rows(
             if each is None:
                 searched.append((frame, _identity(known)))
             else:
-                if each.identity not in turned:
-                    check_angle(each.ellipse.theta)
-                    turned.add(each.identity)
+                last, theta = angles.get(each.identity), each.ellipse.theta
+                if last is None:
+                    check_angle(theta)
+                elif "distance" not in names and abs(theta - last) > 2 * math.pi:  # not of motes
+                    raise ValueError(
+                        f"theta goes from {last:g} to {theta:g}; it is in radians, and a turn is "
+                        f"{2 * math.pi:.2f}"
+                    )
+                angles[each.identity] = theta
                 objects.append(each)
     told = facts.run or range(0)
     found = Recording.of(facts, objects, times, left_out=left_out, searched=searched, told=told)
