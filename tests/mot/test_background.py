@@ -150,6 +150,11 @@ def test_detections_in_a_file(tmp_path: Path) -> None:
     until = RecordedDetections(path, end=1)  # the later ones are not asked for
     assert [each.box for each in until(Frame(0, 0.0, pixels))] == [(0, 0, 5, 6)]
     assert until.unused_detections == []
+    path.write_text(path.read_text() + "3,-1,5,5,8,8,1,3,1\n")
+    classes = RecordedDetections(path, end=1)
+    classes(Frame(0, 0.0, pixels))
+    (said,) = classes.unused_detections
+    assert said == f"the numbers after the score in {path}, classes or places, are not read"
     late = RecordedDetections(path, end=1)
     assert late(Frame(1, 0.0, pixels)) == []
     (said,) = late.unused_detections

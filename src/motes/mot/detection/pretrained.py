@@ -25,6 +25,9 @@ LEAST_FACE, LEAST_PERSON = 0.0, 0.5
 FEW = 5
 """Frames with detections; fewer do not tell in which frames a detector has looked for them."""
 
+NOTHING = ("-1", "-1.0", "")
+"""Numbers after a score that tell nothing."""
+
 
 class FacesConfig(DetectorConfig, Config, frozen=True, tag="faces"):
     """The detector of faces; it has no settings.
@@ -110,6 +113,7 @@ class RecordedDetections:
     def __init__(self, path: str | Path, end: int | None = None) -> None:
         self._path, self._last, self._apart, self._unfit, self._given = path, 0, 0, 0, 0
         self._frames: dict[int, list[Detection]] = {}
+        self._more = False
         for number, line in enumerate(lines_of(read_text(path)), start=1):
             if not line.strip():
                 continue
@@ -125,6 +129,7 @@ class RecordedDetections:
                     f"{path}, line {number}, is not a detection with commas: frame from 1, -1, x, "
                     f"y, width, height, score; got {line[:60]!r}."
                 ) from None
+            self._more |= any(each.strip() not in NOTHING for each in line.split(",")[7:])
             found = Detection(Box(x - 1, y - 1, width, height), score)
             self._frames.setdefault(int(frame) - 1, []).append(found)
         if not self._frames:
@@ -169,4 +174,5 @@ class RecordedDetections:
         )
         pauses = (after - before for before, after in pairwise(order))
         short = len(order) >= FEW and rest > max(self._last / 10, *pauses)
-        return [text] * (unused > 0) + [rare] * told + [ends] * short
+        more = f"the numbers after the score in {self._path}, classes or places, are not read"
+        return [text] * (unused > 0) + [rare] * told + [ends] * short + [more] * self._more
