@@ -137,8 +137,13 @@ def corrected_run(
         refuse(own, beside(rows))
     plane = units_of(rows, table.metres, known)
     film = film_of_rows(source, rows, table, options.fps, known)
+    turned = any(each.placed and each.ellipse.theta for each in table.tracks)
+    forms = {len(region) for _, region in new if region is not None}
     if known is not None and known.corrections:
-        return table, film.part(known.start, known.end or len(film.times)), known
+        begun = known.boxed() if 4 in forms else known
+        if begun is not known and turned:
+            log(UPRIGHT)
+        return table, film.part(known.start, known.end or len(film.times)), begun
     preset = options.preset or (run and run.preset) or "default"
     if same is not None:
         tracker, seed = same.tracker, same.seed
@@ -150,8 +155,6 @@ def corrected_run(
         seed = options.seed or 0
     part = film.part(table.frames[0], table.frames[-1] + 1)
     first = table.first_tracked
-    turned = any(each.placed and each.ellipse.theta for each in table.tracks)
-    forms = {len(region) for _, region in new if region is not None}
     boxes = not first.ellipse.theta and (4 in forms or not (turned or forms))
     mark = first.box if boxes else first.ellipse
     if boxes and turned:

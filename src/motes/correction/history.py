@@ -14,6 +14,7 @@ from motes import __version__
 from motes.core.config import Config, checked_seed, from_dict
 from motes.core.errors import ConfigError, InputError
 from motes.core.files import check_writable, is_special, write_whole, writing
+from motes.core.geometry import Ellipse
 from motes.correction.join import Stretch
 from motes.correction.keyframes import Mark, Region, keyframes
 from motes.mot.analytics.real_units import RealUnits
@@ -215,6 +216,17 @@ class History(msgspec.Struct, frozen=True, kw_only=True):
         if identity is None:
             return self
         return self.objects.get(identity, replace(self, objects={}))
+
+    def boxed(self) -> History:
+        """Return the history with the upright ellipse of its first frame as the box around it.
+
+        It stays as it is where a correction has marked another region, and so chosen a form.
+        """
+        ((frame, region), *more), *rest = self.corrections
+        marked = more or any(mark for each in rest for _, mark in each)
+        if not rest or marked or region is None or len(region) != 5 or region[4]:
+            return self
+        return replace(self, corrections=[[(frame, [*Ellipse(*region).box])], *rest])
 
     def unfinished_with(self, left: Iterable[Stretch]) -> History:
         """Return the history with stretches that are not finished."""
