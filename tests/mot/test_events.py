@@ -201,7 +201,7 @@ def test_places_from_toml() -> None:
         Regions((Line((0, 0, 1, 1), "a"),), (Zone((0, 0, 9, 9, 2, 3), "a"),))
     with pytest.raises(ConfigError, match="have the name 'zone 1'; rename"):
         Regions((Line((0, 0, 1, 1), "zone 1"),), (Zone((0, 0, 9, 9, 2, 3)),))
-    with pytest.raises(ConfigError, match="court has no area; give corners"):
+    with pytest.raises(ConfigError, match="court has no area; give corners in pixels"):
         Regions(zone=(Zone((10, 10, 20, 20, 30, 30), "court"),))
 
 

@@ -147,7 +147,9 @@ class Regions(Config, frozen=True):
                 if _side(a, b, c) * _side(a, b, d) < 0 and _side(c, d, a) * _side(c, d, b) < 0:
                     raise ConfigError(f"{name} crosses itself; give its corners in order.")
             if abs(sum(a * d - b * c for (a, b), (c, d) in zone.sides)) < 2:  # less than a pixel
-                raise ConfigError(f"{name} has no area; give corners that are not on one line.")
+                raise ConfigError(
+                    f"{name} has no area; give corners in pixels that are not on one line."
+                )
 
     def check(self, width: int, height: int) -> None:
         """Raise a ConfigError if a line or a zone lies outside of a picture."""
