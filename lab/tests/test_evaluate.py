@@ -192,7 +192,7 @@ def test_a_configuration_is_laid_over_its_preset(home: Path) -> None:
         ("no.toml", "cannot be read: No such file"),
         ("bad.toml", "is not valid TOML"),
         ("key.toml", "did you mean 'particles'"),
-        ("gone:thing", "nor a module gone; known are"),
+        ("not_there:thing", "nor a module not_there; known are"),
         ("mine:nothing", "nothing of mine is a int, which is not callable"),
         ("needy:thing", "cannot be imported: No module named 'not_there'; install it"),
         ("leaving:thing", "cannot be imported: SystemExit"),
