@@ -119,7 +119,7 @@ class TrackInitiation(msgspec.Struct, frozen=True):
         places
             (n, 4), the boxes of all objects.
         overlap
-            Least intersection over union of a detection with the one before.
+            Least intersection over union of a detection with where it should be.
         config
             Detections with `min_hits` hits become objects, and are no candidates any more, if one
             of these is sure enough. A detection with one of the lowest scores that confirms nothing
