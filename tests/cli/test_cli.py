@@ -215,6 +215,7 @@ def test_help_shows_what_people_use_and_help_all_the_rest(go: Go, command: str) 
         ("track FILM", 2, "Give one of --init, --detect, --at, --keyframes, for"),
         ("track FILM --init BOX --detect face", 2, "--init and --detect contradict each other"),
         ("track FILM --init 1,2,3", 2, "--init takes x,y,width,height"),
+        ("track FILM --init BOX --init BOX", 2, "is given twice; give each object once"),
         ("track FILM --init 900,900,10,10", 2, "center outside the frame of 160x120; choose"),
         ("track FILM --init BOX --config bad.toml", 2, "bad.toml: .*did you mean 'particles'"),
         ("track FILM --init BOX --config FILM", 3, "it is not text; save it as UTF-8"),
@@ -417,7 +418,7 @@ def test_on_a_terminal_rows_go_to_a_file(go: Go, monkeypatch: pytest.MonkeyPatch
     assert go("track FILM --init BOX --end 3")[0] == 5
 
 
-@pytest.mark.parametrize("objects", ["--init BOX", "--init BOX --init BOX"])
+@pytest.mark.parametrize("objects", ["--init BOX", "--init BOX --init 20,20,30,40"])
 def test_a_photo_is_said_to_be_one_frame(go: Go, objects: str) -> None:
     Image.new("RGB", (160, 120)).save("photo.png")
     code, _, error = go(f"track photo.png {objects} -o photo.csv")

@@ -47,8 +47,14 @@ class TargetOptions:
     """Wait for a face and track it."""
 
     def regions(self) -> list[list[float]]:
-        """Return the regions of --init; raise a ConfigError for a text that is none."""
-        return [numbers_of("--init", text, *REGION) for text in self.init or []]
+        """Return the regions of --init; raise a ConfigError for a text that is none, or twice."""
+        regions: list[list[float]] = []
+        for text in self.init or []:
+            region = numbers_of("--init", text, *REGION)
+            if region in regions:
+                raise ConfigError(f"--init {text} is given twice; give each object once.")
+            regions.append(region)
+        return regions
 
     def region(self) -> list[float] | None:
         """Return the numbers of one --init, for a target with keyframes; None without it.
