@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, iou
 from motes.mot.detection.lookalike import LIMIT, LookalikeConfig, LookalikeDetector
@@ -58,6 +59,16 @@ def test_where_everything_is_alike_there_is_a_limit(monkeypatch: pytest.MonkeyPa
     frame = Frame(0, 0.0, np.full((90, 160, 3), 90, np.uint8))
     assert len(LookalikeDetector((20, 20, 8, 8))(frame)) <= LIMIT
     assert len(looks) == LIMIT
+
+
+def test_nonsense_is_refused_at_once() -> None:
+    frame, box = pitch(0), (*TEAM[0], *SIZE)
+    with pytest.raises(ConfigError, match=r"A region is x,y,width,height .*; got Frame"):
+        LookalikeDetector(frame, box)  # type: ignore[arg-type]
+    with pytest.raises(ConfigError, match=r"A detector is a callable from a Frame .*; got Frame"):
+        LookalikeDetector(box, frame)  # type: ignore[arg-type]
+    with pytest.raises(ConfigError, match="4 numbers"):
+        LookalikeDetector(box[:3])
 
 
 def test_of_what_another_detector_finds_the_alike_are_kept(tmp_path: Path) -> None:

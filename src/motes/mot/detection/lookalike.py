@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.config import Config, Share
-from motes.core.detection import Detection, Detector, DetectorConfig
+from motes.core.detection import Detection, Detector, DetectorConfig, check_callable
 from motes.core.frame import Frame
-from motes.core.geometry import Box, Ellipse, region_within
+from motes.core.geometry import Box, Ellipse, as_region, region_within
 from motes.core.types import Floats
 from motes.cues.color import Color, ColorModel
 from motes.cues.gradients import Hog
@@ -85,14 +85,17 @@ class LookalikeDetector:
     Raises
     ------
     ConfigError
-        On the first frame, if the box does not fit it.
+        If `like` is no box, or `candidates` no detector; on the first frame, if the box does not
+        fit it.
     """
 
     def __init__(
         self, like: Sequence[float] | LookalikeConfig, candidates: Detector | None = None
     ) -> None:
         if not isinstance(like, LookalikeConfig):
-            like = LookalikeConfig(tuple(like))  # type: ignore[arg-type]
+            like = LookalikeConfig(as_region(like))  # type: ignore[arg-type]
+        if candidates is not None:
+            check_callable(candidates)
         self._box, self._color, self._rule = Box(*like.box), like.color, like.rule
         self._hog, self._distance = like.hog, like.distance
         self._finder = candidates
