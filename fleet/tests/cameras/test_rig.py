@@ -202,6 +202,14 @@ def test_a_camera_that_cannot_be_read_does_not_stop_the_others(go: Go) -> None:
 
 
 @pytest.mark.slow
+def test_what_could_not_be_read_of_a_recording_is_told(go: Go) -> None:
+    whole = Path("hall.mkv").read_bytes()
+    Path("cut.mkv").write_bytes(whole[: len(whole) // 2])
+    _, _, error = go(HALL.replace("hall.mkv", "cut.mkv"))
+    assert re.search(r"camera hall: .*cut off at", error)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "line", "code", "words"),
     [

@@ -122,6 +122,8 @@ def _recorded(
         last = frame, _arrivals(line)
     if last is not None:
         yield last
+    if film.report.problems is not None:
+        line.send(CameraMessage(camera.name, film.report.problems))
 
 
 def _arrivals(line: WorkerLine) -> tuple[Arrival, ...]:
