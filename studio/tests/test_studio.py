@@ -478,8 +478,23 @@ def test_a_folder_of_images_goes_out_and_comes_back(tmp_path: Path) -> None:
 def test_a_guess_is_exported_as_seen_for_who_wants_it(
     tmp_path: Path, wanted: bool, hidden: list[bool], begin: bytes
 ) -> None:
-    there = Ellipse(50, 40, 9, 9, 0)
     states = [Status.TRACKING, Status.INTERPOLATED, Status.TRACKING]
+    said = exported(tmp_path / "n.json", states, guesses=wanted)
+    annotations = json.loads((tmp_path / "n.json").read_bytes())["annotations"]
+    found = [each["attributes"]["occluded"] for each in annotations]
+    assert (found, said[:15]) == (hidden, begin)
+
+
+def test_frames_that_a_format_leaves_out_are_told(tmp_path: Path) -> None:
+    states = [Status.TRACKING, Status.INTERPOLATED, Status.LOST, Status.LOST]
+    said = exported(tmp_path / "n.json", states)
+    assert len(json.loads((tmp_path / "n.json").read_bytes())["images"]) == 2
+    assert said.startswith(b"without 2 frames in which a target is lost or searched for; 1 guess ")
+
+
+def exported(path: Path, states: list[Status], *, guesses: bool = False) -> bytes:
+    """Write an object with these states as COCO, and return what is said."""
+    there = Ellipse(50, 40, 9, 9, 0)
     rows = [
         FrameRow(i, i / 25, (Track(i, i / 25, there, confidence=0.9, status=state),)).to_dict()
         for i, state in enumerate(states)
@@ -487,11 +502,7 @@ def test_a_guess_is_exported_as_seen_for_who_wants_it(
     part = msgspec.json.encode(ScenePart(rows, [], 1, {}))
     film = messages.OpenFilm("n.mp4", 320, 240, 3, 25.0)
     place: Any = SimpleNamespace(film=SimpleNamespace(files=()), check=lambda: None)
-    path = str(tmp_path / "n.json")
-    said = exports.write_scene(place, path, "coco", film, [part], guesses=wanted)
-    annotations = json.loads((tmp_path / "n.json").read_bytes())["annotations"]
-    found = [each["attributes"]["occluded"] for each in annotations]
-    assert (found, said[:15]) == (hidden, begin)
+    return exports.write_scene(place, str(path), "coco", film, [part], guesses=guesses)
 
 
 def test_a_region_with_nothing_in_it_is_noted(folder: Path, client: httpx.Client) -> None:

@@ -14,6 +14,7 @@ import msgspec
 from msgspec.structs import replace
 
 from motes import ConfigError, FormatError, Status, Track
+from motes.core import counted
 from motes.correction import History
 from motes.formats import LABEL, Recording, registry
 from motes.rows import FORMS, FrameRow, Header, text_name
@@ -150,12 +151,23 @@ def _write(
         made = Path(folder) / "file" if known.folder else Path(path)
         try:
             written = registry.write(made, form, recording, guesses=guesses)
-            said = written.guesses_told(form)
+            said = _told(written, form)
             if known.folder:
                 _zip(made, path)
         except OSError as error:
             raise FormatError(f"{form} cannot be written: {error.strerror}.") from None
     return said.encode()
+
+
+def _told(written: registry.Written, form: str) -> str:
+    """Return what of the rows a file has not, or has as something else; "" for nothing."""
+    missed, unknown = counted(written.missed, "frame"), counted(written.unknown, "frame")
+    parts = [
+        f"without {missed} in which a target is {written.missed_told(form)}" * bool(written.missed),
+        written.guesses_told(form),
+        f"called absent: {unknown} without a row" * bool(written.unknown),
+    ]
+    return "; ".join(filter(None, parts))
 
 
 def _zip(folder: Path, path: str) -> None:
