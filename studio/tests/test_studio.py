@@ -329,6 +329,43 @@ def test_objects_of_a_file_keep_their_classes_and_get_no_other(
     assert back("0,-1,5,5,9,9,car", "0,7,25,5,9,9,") == (["car", "object (7)"], {"car", "object"})
 
 
+def test_a_frame_that_a_file_does_not_have_is_no_example_without_objects(
+    client: httpx.Client, session: str, both: Both
+) -> None:
+    """Of frame 1 the file tells that the first object is not there; of frame 2, nothing."""
+    lines = ["frame,id,left,top,width,height"]
+    lines += [f"{frame},{who},5,5,9,9" for frame, who in ((0, 4), (0, 7), (1, 7), (3, 4), (3, 7))]
+    address = f"/api/sessions/{session}/import?name=gap.csv"
+    first, _ = client.post(address, content="\n".join([*lines, ""])).json()["objects"]
+    with zipfile.ZipFile(io.BytesIO(both.get("export", format="yolo").content)) as archive:
+        labels = [name for name in archive.namelist() if name.startswith("labels/")]
+    assert labels == [f"labels/frame_{frame:06}.txt" for frame in (0, 1, 3)]
+    both.page.until(lambda: 3 in both.page.rows.get(first, {}))
+    states = [both.page.rows[first][frame].status for frame in range(4)]
+    assert states == ["tracking", "absent", "lost", "tracking"]
+
+
+def test_objects_that_begin_alike_have_rows_of_their_own(
+    client: httpx.Client, session: str, both: Both
+) -> None:
+    """As a truth and the results of a tracker, which begin with the same box."""
+    page = both.page
+    numbers = [page.drawn(preset="default")]
+    page.tracked(*numbers)
+    files = [both.get("export", format="mot", object=numbers[0]).text]
+    address = f"/api/sessions/{session}/import?name=a.txt&format=mot"
+    for right in (20, 5):
+        lefts = [31, *[31 + right] * (FRAMES - 1)]  # pixels are counted from 1
+        lines = [
+            f"{n},1,{left}.00,26.00,30.00,40.00,1.0000,1,1,-1\n" for n, left in enumerate(lefts, 1)
+        ]
+        files.append("".join(lines))
+        numbers += client.post(address, content=files[-1]).json()["objects"]
+    assert [both.get("export", format="mot", object=each).text for each in numbers] == files
+    page.until(lambda: all(FRAMES - 1 in page.rows.get(each, {}) for each in numbers))
+    assert [page.rows[each][1].x for each in numbers[1:]] == [64.5, 49.5]
+
+
 BAD_FILES = (
     ("a.zip", zipped({"1.txt": LABELS, "2.txt": LABELS}), "several boxes"),
     ("a.zip", zipped({"1.txt": bytes(1 << 21)}), "more than"),

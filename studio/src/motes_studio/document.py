@@ -24,6 +24,8 @@ class DrawnTarget(messages.Subject, frozen=True, kw_only=True):
 
     keys: dict[int, Region]
     """The drawn regions, by frame."""
+    imported: str = ""
+    """The name of the rows that a file has brought, which no object drawn alike has; else empty."""
 
     @property
     def tracker(self) -> TrackerConfig:

@@ -7,6 +7,7 @@ gets no more than objects that a session may have.
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import tempfile
 import zipfile
 import zlib
@@ -185,6 +186,7 @@ def taken(
     if form == "keyframes":
         return [_marked(recorded, times)], []
     found: dict[int, dict[int, Track]] = {}
+    looked_at = {row.frame for row in recorded}
     for row in recorded:
         for each in row.objects:
             if row.frame in found.setdefault(each.identity, {}):
@@ -225,15 +227,20 @@ def taken(
             number, name, COLORS[0], "default", None, 0, first, last,
             keys=_drawn(places, ellipse=ellipse),
         )  # fmt: skip
-        targets.append(target)
         cues = len(target.tracker.cues)
-        nowhere = Track.nowhere(first, 0.0, Status.ABSENT)
         each_frame = (
-            replace(rows.get(frame, nowhere), frame=frame, time=times[frame])
+            replace(rows[frame], time=times[frame])
+            if frame in rows
+            # Of a frame that the file does not have, nobody knows whether the object is there.
+            else Track.nowhere(
+                frame, times[frame], Status.ABSENT if frame in looked_at else Status.LOST
+            )
             for frame in range(first, last + 1)
         )
         lines = [line(track, [0.0] * cues, final=True) for track in each_frame]
         tables.append(table_of(lines, cues))
+        imported = hashlib.blake2b(pack(tables[-1]), digest_size=16).hexdigest()
+        targets.append(replace(target, imported=imported))
     return targets, tables
 
 

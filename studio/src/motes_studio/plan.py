@@ -57,16 +57,17 @@ class StretchNeed(NamedTuple):
 def needs(target: DrawnTarget) -> list[StretchNeed]:
     """Return the stretches of an object, in order."""
     config, seed = target.tracker, target.seed
+    own = [target.imported] if target.imported else []
     found = []
     for stretch in Stretch.between(target.frames, target.marks):
         first, last, begin, end, _ = stretch
         at_begin, at_end = _mark(first, begin), _mark(last, end)
         forward = backward = None
         if at_begin is not None:
-            forward = _pass(RunPass(config, seed, *at_begin, last, at_end))
+            forward = _pass(RunPass(config, seed, *at_begin, last, at_end), *own)
         if at_end is not None:
-            backward = _pass(RunPass(config, seed, *at_end, first, at_begin))
-        key = name_of("stretch", config, seed, *stretch[:4], sorted(stretch.absent))
+            backward = _pass(RunPass(config, seed, *at_end, first, at_begin), *own)
+        key = name_of("stretch", config, seed, *stretch[:4], sorted(stretch.absent), *own)
         found.append(StretchNeed(key, stretch, forward, backward))
     return found
 
@@ -83,9 +84,9 @@ def _mark(frame: int, region: Box | Ellipse | None) -> tuple[int, tuple[float, .
     return None if region is None else (frame, tuple(region))
 
 
-def _pass(task: RunPass) -> PassNeed:
+def _pass(task: RunPass, *own: str) -> PassNeed:
     direction = "backward" if task.stop < task.start else "forward"
-    key = name_of(direction, task.config, task.seed, task.start, task.region, task.other)
+    key = name_of(direction, task.config, task.seed, task.start, task.region, task.other, *own)
     return PassNeed(key, task, abs(task.stop - task.start) + 1)
 
 
