@@ -16,6 +16,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status, Track
 from motes.core.types import Floats
+from motes.mot.cut import WINDOW, Seen, cut_of
 from motes.mot.expected import Expected
 from motes.mot.look import Look
 from motes.sot.filtering.fusion import fuse_distances
@@ -76,6 +77,10 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False, dict=True):
     """Whether a detection was ever farther from there than its mean half-axis."""
     cut_for: float = 0.0
     """Seconds for which it has been seen in part only, as one that goes behind a wall."""
+    hidden_side: int = 0
+    """The side on which it is hidden then: -1 is the left one, 1 the right one, 0 unknown."""
+    recent: tuple[Seen, ...] = ()
+    """Its detections in the last `cut.WINDOW` seconds, oldest first."""
     surprise: tuple[float, float] = (FIRST_SURPRISE, FIRST_SURPRISE)
     """How far detections were off its predictions: mean squares in x and y, in mean half-axes."""
 
@@ -171,7 +176,12 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False, dict=True):
         ellipse = old._replace(x=place[0], y=place[1])
         state = self._moved(self.state, old, ellipse)
         track = replace(self.track, ellipse=ellipse)
-        return replace(self, state=state, track=track, origin=origin)
+        dx, dy = place[0] - old.x, place[1] - old.y
+        recent = tuple(
+            each._replace(box=each.box._replace(x=each.box.x + dx, y=each.box.y + dy))
+            for each in self.recent
+        )
+        return replace(self, state=state, track=track, origin=origin, recent=recent)
 
     def predict(self, dt: float) -> Self:
         """Move its particles to where it should be after some seconds."""
@@ -186,7 +196,10 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False, dict=True):
         return replace(self, last_time=self.last_time + dt)
 
     def detect(self, box: Box, time: float, smoothing: float = 0.0) -> Self:
-        """Put it where it is detected; it keeps a share of its old size, the smoothing."""
+        """Put it where it is detected; it keeps a share of its old size, the smoothing.
+
+        While something hides it more and more, it stays as large and as fast as it was.
+        """
         found, old = ellipse_from_box(self.tracker, box), self.predicted
         a = smoothing * old.a + (1 - smoothing) * found.a
         b = smoothing * old.b + (1 - smoothing) * found.b
@@ -199,17 +212,29 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False, dict=True):
         )
         track = replace(self.track, ellipse=ellipse, status=Status.TRACKING)
         moved = self.moved or _far(ellipse._replace(x=self.origin[0], y=self.origin[1]), ellipse)
-        part = found.a * found.b < CUT * math.prod(self.axes) and self.cut_for <= REMEMBERED
+        lately = (each for each in self.recent if time - each.time <= WINDOW)
+        recent = (*lately, Seen(time, box, float(self.velocity[0])))
+        # Beside others, a side may be theirs.
+        cut = None if self.met else cut_of(recent, 2 * self.axes[0])
+        velocity, axes, hidden_side = self.velocity, self.axes, self.hidden_side
+        if cut is not None and cut.side != hidden_side:  # they stay while it is seen in part
+            velocity, axes = np.array((cut.speed, velocity[1])), (cut.width / 2, axes[1])
+            hidden_side = cut.side
+        small = found.a * found.b < CUT * math.prod(self.axes) and self.cut_for <= REMEMBERED
+        part = small or cut is not None
         return replace(
             self,
             state=state,
             track=track,
+            velocity=velocity,
             last_time=time,
             detected=True,
             occluded_by=None,
             moved=moved,
-            axes=self.axes if part else ellipse[2:4],
+            axes=axes if part else ellipse[2:4],
             cut_for=self.cut_for if part else 0.0,
+            hidden_side=hidden_side if part else 0,
+            recent=recent,
         )
 
     def vote(self, found: Detection) -> Self:
@@ -266,9 +291,11 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False, dict=True):
     def occlude(self, occluder: int | None) -> Self:
         """Mark it as occluded by another object, or by scenery; and undo this frame's observation.
 
-        What the filter observed was something else. The object is as large as it was as a whole.
+        What the filter observed was something else. The object is as large as it was as a whole,
+        and the rest of it is on the side that was hidden.
         """
-        whole = self.predicted._replace(a=self.axes[0], b=self.axes[1])
+        x = self.predicted.x + self.hidden_side * (self.axes[0] - self.predicted.a)
+        whole = self.predicted._replace(x=x, a=self.axes[0], b=self.axes[1])
         return replace(
             self,
             state=self._moved(self.before_observation, self.predicted, whole),
