@@ -16,8 +16,8 @@ from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status, Track
 from motes.core.types import Floats
-from motes.mot.cut import WINDOW, Seen, cut_of
 from motes.mot.expected import Expected
+from motes.mot.hiding import WINDOW, Seen, hiding_of
 from motes.mot.look import Look
 from motes.sot.filtering.fusion import fuse_distances
 from motes.sot.particle_filter import ParticleFilter
@@ -80,7 +80,7 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False, dict=True):
     hidden_side: int = 0
     """The side on which it is hidden then: -1 is the left one, 1 the right one, 0 unknown."""
     recent: tuple[Seen, ...] = ()
-    """Its detections in the last `cut.WINDOW` seconds, oldest first."""
+    """Its detections in the last `hiding.WINDOW` seconds, oldest first."""
     surprise: tuple[float, float] = (FIRST_SURPRISE, FIRST_SURPRISE)
     """How far detections were off its predictions: mean squares in x and y, in mean half-axes."""
 
@@ -215,13 +215,13 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False, dict=True):
         lately = (each for each in self.recent if time - each.time <= WINDOW)
         recent = (*lately, Seen(time, box, float(self.velocity[0])))
         # Beside others, a side may be theirs.
-        cut = None if self.met else cut_of(recent, 2 * self.axes[0])
+        hiding = None if self.met else hiding_of(recent, 2 * self.axes[0])
         velocity, axes, hidden_side = self.velocity, self.axes, self.hidden_side
-        if cut is not None and cut.side != hidden_side:  # they stay while it is seen in part
-            velocity, axes = np.array((cut.speed, velocity[1])), (cut.width / 2, axes[1])
-            hidden_side = cut.side
+        if hiding is not None and hiding.side != hidden_side:  # they stay while it is seen in part
+            velocity, axes = np.array((hiding.speed, velocity[1])), (hiding.width / 2, axes[1])
+            hidden_side = hiding.side
         small = found.a * found.b < CUT * math.prod(self.axes) and self.cut_for <= REMEMBERED
-        part = small or cut is not None
+        part = small or hiding is not None
         return replace(
             self,
             state=state,

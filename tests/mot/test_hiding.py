@@ -5,7 +5,7 @@ import pytest
 from msgspec.structs import replace
 
 from motes import Box, Detection
-from motes.mot.cut import Cut, Seen, cut_of
+from motes.mot.hiding import Hiding, Seen, hiding_of
 from motes.mot.stages.associate import associate
 from scene_objects import DT, RED, config, picture, undetected
 
@@ -14,9 +14,9 @@ SPEED = 50.0
 
 
 @pytest.mark.parametrize(
-    ("left", "right", "frames", "cut"),
+    ("left", "right", "frames", "hiding"),
     [
-        (2, 0, 8, Cut(1, SPEED, 40)),
+        (2, 0, 8, Hiding(1, SPEED, 40)),
         (2, 0, 4, None),  # too few to tell
         (2, 2, 8, None),  # in plain sight
         (0, 2, 8, None),  # it comes out
@@ -24,14 +24,14 @@ SPEED = 50.0
         (0, -2, 8, None),  # it would go the other way
     ],
 )
-def test_the_side_that_is_cut_stands_while_the_other_goes_on(
-    left: int, right: int, frames: int, cut: Cut | None
+def test_the_hidden_side_stands_while_the_other_goes_on(
+    left: int, right: int, frames: int, hiding: Hiding | None
 ) -> None:
     boxes = [Box(100 + left * n, 50, 40 + (right - left) * n, 30) for n in range(frames)]
-    assert cut_of([Seen(n * DT, box, SPEED) for n, box in enumerate(boxes)], 40) == cut
+    assert hiding_of([Seen(n * DT, box, SPEED) for n, box in enumerate(boxes)], 40) == hiding
     mirrored = [box._replace(x=-box.x - box.width) for box in boxes]
-    found = cut_of([Seen(n * DT, box, -SPEED) for n, box in enumerate(mirrored)], 40)
-    assert found == (cut and Cut(-cut.side, -cut.speed, cut.width))
+    found = hiding_of([Seen(n * DT, box, -SPEED) for n, box in enumerate(mirrored)], 40)
+    assert found == (hiding and Hiding(-hiding.side, -hiding.speed, hiding.width))
 
 
 def test_who_goes_behind_a_wall_is_nearly_where_it_would_be_in_plain_sight() -> None:

@@ -1,4 +1,4 @@
-"""An object that goes behind something: the side that is cut stands still, the other goes on."""
+"""An object that goes behind something: one side stands still, the other goes on."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ FEW = 5
 MOVED = 0.15
 """The other side has moved by more than this share of the object's width in the window."""
 STILL = 0.1
-"""The side that is cut has moved by less than this share of what the other one has."""
+"""The hidden side has moved by less than this share of what the other one has."""
 FASTER = 0.5
 """The other side goes on as fast as the object did at the window's begin, but for this share. The
 foot of a walker that swings is twice as fast, while the other one stands."""
@@ -29,7 +29,7 @@ class Seen(NamedTuple):
     """The object's velocity in x before it, in pixels a second."""
 
 
-class Cut(NamedTuple):
+class Hiding(NamedTuple):
     """What hides an object more and more."""
 
     side: int
@@ -40,7 +40,7 @@ class Cut(NamedTuple):
     """The object's width before that."""
 
 
-def cut_of(recent: Sequence[Seen], width: float) -> Cut | None:
+def hiding_of(recent: Sequence[Seen], width: float) -> Hiding | None:
     """Return what hides an object of a width, by its detections in the last `WINDOW` seconds."""
     (begin, first, speed), (now, last, _) = recent[0], recent[-1]
     if len(recent) < FEW or now - begin < WINDOW / 2:
@@ -49,5 +49,5 @@ def cut_of(recent: Sequence[Seen], width: float) -> Cut | None:
     for side, still, moved in ((1, right, left), (-1, left, right)):
         goes_on = abs(moved / (now - begin) - speed) < FASTER * abs(speed)
         if side * moved > MOVED * width and abs(still) < STILL * abs(moved) and goes_on:
-            return Cut(side, speed, first.width)
+            return Hiding(side, speed, first.width)
     return None
