@@ -5,7 +5,7 @@ import pytest
 from msgspec.structs import replace
 
 from motes import Box, Detection
-from motes.mot.hiding import Hiding, Seen, hiding_of
+from motes.mot.hiding import Hiding, Sighting, hiding_of
 from motes.mot.stages.associate import associate
 from scene_objects import DT, RED, config, picture, undetected
 
@@ -28,9 +28,9 @@ def test_the_hidden_side_stands_while_the_other_goes_on(
     left: int, right: int, frames: int, hiding: Hiding | None
 ) -> None:
     boxes = [Box(100 + left * n, 50, 40 + (right - left) * n, 30) for n in range(frames)]
-    assert hiding_of([Seen(n * DT, box, SPEED) for n, box in enumerate(boxes)], 40) == hiding
+    assert hiding_of([Sighting(n * DT, box, SPEED) for n, box in enumerate(boxes)], 40) == hiding
     mirrored = [box._replace(x=-box.x - box.width) for box in boxes]
-    found = hiding_of([Seen(n * DT, box, -SPEED) for n, box in enumerate(mirrored)], 40)
+    found = hiding_of([Sighting(n * DT, box, -SPEED) for n, box in enumerate(mirrored)], 40)
     assert found == (hiding and Hiding(-hiding.side, -hiding.speed, hiding.width))
 
 

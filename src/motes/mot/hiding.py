@@ -20,7 +20,7 @@ FASTER = 0.5
 foot of a walker that swings is twice as fast, while the other one stands."""
 
 
-class Seen(NamedTuple):
+class Sighting(NamedTuple):
     """A detection of an object."""
 
     time: float
@@ -40,7 +40,7 @@ class Hiding(NamedTuple):
     """The object's width before that."""
 
 
-def hiding_of(recent: Sequence[Seen], width: float) -> Hiding | None:
+def hiding_of(recent: Sequence[Sighting], width: float) -> Hiding | None:
     """Return what hides an object of a width, by its detections in the last `WINDOW` seconds."""
     (begin, first, speed), (now, last, _) = recent[0], recent[-1]
     if len(recent) < FEW or now - begin < WINDOW / 2:

@@ -17,7 +17,7 @@ from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status, Track
 from motes.core.types import Floats
 from motes.mot.expected import Expected
-from motes.mot.hiding import WINDOW, Seen, hiding_of
+from motes.mot.hiding import WINDOW, Sighting, hiding_of
 from motes.mot.look import Look
 from motes.sot.filtering.fusion import fuse_distances
 from motes.sot.particle_filter import ParticleFilter
@@ -79,7 +79,7 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False, dict=True):
     """Seconds for which it has been seen in part only, as one that goes behind a wall."""
     hidden_side: int = 0
     """The side on which it is hidden then: -1 is the left one, 1 the right one, 0 unknown."""
-    recent: tuple[Seen, ...] = ()
+    recent: tuple[Sighting, ...] = ()
     """Its detections in the last `hiding.WINDOW` seconds, oldest first."""
     surprise: tuple[float, float] = (FIRST_SURPRISE, FIRST_SURPRISE)
     """How far detections were off its predictions: mean squares in x and y, in mean half-axes."""
@@ -213,7 +213,7 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False, dict=True):
         track = replace(self.track, ellipse=ellipse, status=Status.TRACKING)
         moved = self.moved or _far(ellipse._replace(x=self.origin[0], y=self.origin[1]), ellipse)
         lately = (each for each in self.recent if time - each.time <= WINDOW)
-        recent = (*lately, Seen(time, box, float(self.velocity[0])))
+        recent = (*lately, Sighting(time, box, float(self.velocity[0])))
         # Beside others, a side may be theirs.
         hiding = None if self.met else hiding_of(recent, 2 * self.axes[0])
         velocity, axes, hidden_side = self.velocity, self.axes, self.hidden_side
