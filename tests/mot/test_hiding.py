@@ -51,3 +51,19 @@ def test_who_goes_behind_a_wall_is_nearly_where_it_would_be_in_plain_sight() -> 
         ends.append(hidden.predicted.box.x + hidden.predicted.box.width)
     assert ends[0] == pytest.approx(20 + SPEED * 36 * DT + 40, abs=4)
     assert ends[1] < wall + 4
+
+
+def test_few_detections_tell_nothing() -> None:
+    """As boxes tremble, four in 0.24 seconds are not enough; seven are."""
+    all_of_them = [Sighting(n * DT, Box(100 + 2 * n, 50, 40 - 2 * n, 30), SPEED) for n in range(7)]
+    assert hiding_of(all_of_them, 40) == Hiding(1, SPEED, 40)
+    assert hiding_of(all_of_them[::2], 40) is None
+
+
+def test_what_the_camera_moves_does_not_stand_in_the_scene() -> None:
+    """It pans by as much as a side seems to move."""
+    box = Box(60, 30, 40, 30)
+    each = undetected(1, picture(0, (box, RED)), box).detect(box, DT)
+    x, y = each.track.ellipse[:2]
+    carried = each.carried((x - 5, y + 2), each.origin)
+    assert carried.recent[-1].box == box._replace(x=55, y=32)

@@ -236,7 +236,7 @@ def _facts(
         from motes.video.sources import is_recorded, open_source
 
         with open_source(video, fps=fps) as film:
-            if known is not None:  # its run has told of leaps in the times
+            if known is not None:  # the run has said already where times leap
                 known.check(film)
             elif film.report.leap is not None:
                 log(f"{film.name}: {film.report.leap}")

@@ -34,14 +34,22 @@ def test_a_candidate_that_is_confirmed_becomes_an_object() -> None:
     assert state.candidates == ()
 
 
-@pytest.mark.parametrize(("third", "begins"), [(40, True), (52, False)])
+@pytest.mark.parametrize(
+    ("places", "begins"),
+    [
+        ((0, 20, 40), True),
+        ((0, 20, 52), False),
+        ((0, 20, None, 60), True),  # not detected in a frame
+        ((0, 6, 0), True),  # it trembles
+    ],
+)
 def test_who_moves_by_a_width_a_frame_is_confirmed_where_it_goes_on(
-    third: int, begins: bool
+    places: Sequence[int | None], begins: bool
 ) -> None:
     """An overlap of 0.3 is left where 20 pixels of width are off by 10."""
     begun, state = list[TrackedObject](), TrackInitiation()
-    for index, x in enumerate((0, 20, third)):
-        found = [Detection(PLACE._replace(x=10 + x))]
+    for index, x in enumerate(places):
+        found = [] if x is None else [Detection(PLACE._replace(x=10 + x))]
         state = state.with_scores(found, found)
         assert not begun
         begun, state = initiate(0, 0, state, [], found, picture(index), config())
