@@ -44,10 +44,10 @@ def test_one_of_several_is_corrected() -> None:
     trackers.init(clip()[0], REGIONS)
     alone.init(clip()[0], REGIONS[1])
     moved = REGIONS[1]._replace(x=64)
-    for each in (trackers.each[1], alone):
-        each.correct(moved)
+    assert [each.correct(moved).identity for each in (trackers.each[1], alone)] == [2, 1]
     found = trackers.update(clip()[1])
     assert [each.identity for each in found] == [1, 2, 3]
+    assert [each.info.track.identity for each in trackers.each] == [1, 2, 3]
     assert found[1].ellipse == alone.update(clip()[1]).ellipse
 
 

@@ -83,6 +83,7 @@ class Tracker:
             self.config.network.open()
         self._algorithm: Algorithm[Any] = self.config
         self._seed = checked_seed(seed)
+        self._identity = 1  # in its tracks; another one among several trackers
         self._direction = -1 if backward else 1
         self._state: Any = None
         self._expected: Floats | None = None
@@ -372,8 +373,9 @@ class Tracker:
         self._status = track.status
         ellipse = track.ellipse.turned_near(self._angle if angle is None else angle)
         self._angle = ellipse.theta
-        if self._direction < 0 or ellipse is not track.ellipse:
-            track = replace(track, time=frame.time, ellipse=ellipse)
+        named = track.identity == self._identity
+        if self._direction < 0 or not named or ellipse is not track.ellipse:
+            track = replace(track, time=frame.time, ellipse=ellipse, identity=self._identity)
             self.info = replace(self.info, track=track)
         return track
 

@@ -12,7 +12,6 @@ from typing import Annotated, Any, Never, Self
 
 import msgspec
 from msgspec import Meta
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes.core.decode import decode
@@ -93,11 +92,8 @@ class Trackers:
         if not len(regions):
             raise ConfigError("There is nothing to follow; give at least one region.")
         picture = self._picture(frame)
-        each = [Tracker(self._config, self._seed + i) for i in range(len(regions))]
-        tracks = [
-            self._named(tracker, tracker.init(picture, box))
-            for tracker, box in zip(each, regions, strict=True)
-        ]
+        each = [self._tracker(i) for i in range(len(regions))]
+        tracks = [tracker.init(picture, box) for tracker, box in zip(each, regions, strict=True)]
         self.each, self._last, self._begun = [], picture, len(each)
         self._upon = set()
         for tracker in each:
@@ -116,15 +112,17 @@ class Trackers:
         """
         alone(more)
         last = self._started()
-        tracker = Tracker(self._config, self._seed + self._begun)
-        track = self._named(tracker, tracker.init(last, region))
+        tracker = self._tracker(self._begun)
+        track = tracker.init(last, region)
         self._append(tracker)
         self._begun += 1
         return track
 
-    def _named(self, tracker: Tracker, track: Track) -> Track:
-        """Return a track with the identity of its object, which tells it from the others."""
-        return replace(track, identity=tracker._seed - self._seed + 1)
+    def _tracker(self, number: int) -> Tracker:
+        """Return the tracker of an object, whose identity tells its tracks from the others'."""
+        tracker = Tracker(self._config, self._seed + number)
+        tracker._identity = number + 1
+        return tracker
 
     def _append(self, tracker: Tracker) -> None:
         """Take a tracker of an object of the last frame as the last one."""
@@ -144,7 +142,7 @@ class Trackers:
             If there is none, or after `close`.
         """
         self._opened()
-        known = {each._seed - self._seed + 1: each for each in self.each}
+        known = {each._identity: each for each in self.each}
         if identity not in known:
             identities = ", ".join(map(str, known)) or "none"
             raise ConfigError(f"There is no object {identity}; the identities are {identities}.")
@@ -177,10 +175,7 @@ class Trackers:
             if not again:
                 break
         self._last = picture
-        return [
-            self._named(each, each._take(picture, step))
-            for each, step in zip(self.each, steps, strict=True)
-        ]
+        return [each._take(picture, step) for each, step in zip(self.each, steps, strict=True)]
 
     def _steps(self, picture: Frame) -> list[tuple[Any, StepInfo]]:
         """Return the step of each tracker into a frame."""
@@ -241,6 +236,8 @@ class Trackers:
         trackers.each = [
             Tracker._of_plain({**each, "frame": saved.frame}) for each in saved.objects
         ]
+        for each in trackers.each:
+            each._identity = each._seed - saved.seed + 1
         trackers._last, trackers._begun = trackers.each[0]._frame, saved.begun
         trackers._upon = {*saved.upon}
         return trackers
