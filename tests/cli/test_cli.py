@@ -311,6 +311,21 @@ def test_another_run_is_not_resumed(go: Go) -> None:
         assert Path("r.csv.run.json").read_bytes() == remembered
 
 
+def test_several_objects_are_resumed(go: Go) -> None:
+    """A run that has ended amid the objects of a frame has then the bytes of one run."""
+    line = "track FILM --init BOX --init 5,5,20,20 --preset mean_shift --end 8 -o r.csv"
+    assert go(line)[0] == 0
+    rows, history = Path("r.csv"), Path("r.csv.run.json")
+    whole, remembered = rows.read_bytes(), history.read_bytes()
+    rows.write_bytes(b"".join(whole.splitlines(keepends=True)[:8]))
+    code, _, error = go(f"{line} --resume")
+    assert (code, "wrote r.csv (rows from 8 on)" in error) == (0, True)
+    assert (rows.read_bytes(), history.read_bytes()) == (whole, remembered)
+    code, _, error = go(f"{line} --init 40,40,20,20 --resume")
+    assert (code, "its line 4 differs" in error) == (5, True)
+    assert rows.read_bytes() == whole
+
+
 KILLED = """
 import os, signal, sys
 from motes.cli import main

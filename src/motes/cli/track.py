@@ -137,4 +137,4 @@ def _check_fitting(
                 "--label is one class, of all objects; write those of each into the column label "
                 "of the rows, and convert these."
             )
-        refuse({"--figures": outputs.figures, "--resume": outputs.resume}, "for one --init")
+        refuse({"--figures": outputs.figures}, "for one --init")
