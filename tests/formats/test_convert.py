@@ -538,6 +538,30 @@ def test_errors_are_one_line(go: Tell, line: str, code: int, message: str) -> No
     go.says(line, code, message, lines=1)
 
 
+@pytest.mark.parametrize(
+    ("name", "text", "code", "message"),
+    [
+        ("a.txt", "0,10,20,30,40,0.9\n1,11,20,30,40,0.8\n", 0, "read as frame,x,y,a,b,theta of el"),
+        (
+            "a.csv",
+            "0,10,20,30,40,0.9\n0,90,20,30,40,0.8\n",
+            3,
+            "keep one. Or if the numbers are f",
+        ),
+        ("det.txt", "1,10,20,30,40,0.9\n", 3, "6 numbers, but a line has 7 to 10: frame, id, x, y"),
+        ("a.txt", "1,10,20,30,40,0.9,2\n", 3, "none of its boxes is higher than a pixel; if the"),
+    ],
+)
+def test_boxes_with_a_score_are_not_taken_for_others_in_silence(
+    go: Tell, name: str, text: str, code: int, message: str
+) -> None:
+    Path(name).write_text(text)
+    go.says(f"convert {name} b.csv", code, message)
+    if not code:
+        Path(name).write_text(f"frame,x,y,a,b,theta\n{text}")
+        go.says(f"convert {name} b.csv --overwrite", 0, message, told=False)
+
+
 def test_a_truth_of_frames_that_nobody_has_looked_at_is_said(go: Tell) -> None:
     film(range(8))
     command, told = f"{TRACK} --init 20,10,16,20 --stride 3", "absent: {} frames without a row"

@@ -214,7 +214,8 @@ def test_a_file_that_holds_no_detections_is_refused(tmp_path: Path) -> None:
     with pytest.raises(SourceError, match=r"det.txt has no detections; give a file that has some"):
         RecordedDetections(path)
     wrong = ("1,-1,2,3,x,5,1", "1,-1,2", "1,-1,2,3,0,5,1", "nan,-1,1,1,1,1,1", "0,-1,2,3,4,5")
-    for line in (*wrong, "1.5,-1,2,3,4,5,1", "1,2.5,3,4,5,0.9"):  # the last has no identity
+    scored = "1,2.5,3,4,5,0.9", "1,2,3,4,5,90"  # without an identity
+    for line in (*wrong, "1.5,-1,2,3,4,5,1", *scored):
         path.write_text(f"1,-1,1,1,5,6,2\n{line}\n")
         with pytest.raises(SourceError, match="line 2, is not a detection"):
             RecordedDetections(path)

@@ -43,6 +43,12 @@ TITLES = (
     ["x", "y", "width", "height"], ["x", "y", "w", "h"], ["x", "y", "a", "b", "theta"], ["region"],
 )  # fmt: skip
 """Titles of the columns after the frame that a file may have."""
+BOXES = (
+    "if the numbers are frame,id,x,y,width,height or frame,x,y,width,height,score, write frame,id,"
+    "x,y,width,height,score (id -1 for none; frames and pixels from 1); if they are of an ellipse, "
+    "add titles: frame,x,y,a,b,theta."
+)
+"""What to do where six numbers without titles may be no ellipse."""
 MAX_ABSENT = 1_000_000
 """Frames that one range of absence may have; more than nine hours of film."""
 _FRAMES = re.compile(r"\d{1,9}(:\d{1,9})?")
@@ -181,7 +187,8 @@ def read_keyframes(path: str | Path) -> dict[str, dict[int, Region | None]]:
     try:
         return {film: keyframes(each) for film, each in marks.items()}
     except ConfigError as error:
-        raise InputError(f"{path}: {error}") from None
+        several = f" Or {BOXES}" * (size == 5 and not titled)
+        raise InputError(f"{path}: {error}{several}") from None
 
 
 def _size_of_titles(path: str | Path, titles: Sequence[str]) -> int | None:
@@ -199,10 +206,7 @@ def _check_first(theta: float, titled: bool) -> None:
     """Check the angle of the first ellipse, which without titles may be the height of a box."""
     if titled or theta <= 0 or (theta <= math.pi and theta % 1):  # a height is whole
         return check_angle(theta)
-    raise ConfigError(
-        f"theta begins with {theta:g}; if the numbers are frame,id,x,y,width,height, add a score "
-        f"and convert them; if it is an angle in radians, add titles: frame,x,y,a,b,theta."
-    )
+    raise ConfigError(f"theta begins with {theta:g}; {BOXES}")
 
 
 def _check_size(size: int, known: int) -> None:

@@ -21,6 +21,7 @@ from motes.core.errors import FormatError, counted
 from motes.core.files import check_ended, lines_of, read_text
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
+from motes.correction.keyframes import BOXES
 from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, placed
 from motes.formats.shapes import label_or_none
 from motes.formats.text import fields_of, number
@@ -112,6 +113,8 @@ def read(kind: Kind, path: Path, facts: FilmFacts) -> Recording:
         folder = path.absolute().parent
         facts = replace(facts, fps=rate_in(folder.parent if folder.name in PARTS else folder))
     lines = read_lines(path, facts.frames or MAX_FRAME, kind, sized=True)
+    if lines and all(height <= 1 for *_, height, _, _, _ in lines):  # so a score is read as one
+        raise FormatError(f"none of its boxes is higher than a pixel; {BOXES}")
     own_names = class_names(path.parent) if kind == "truth" else {}
     names = own_names or _NAMES
     objects = [*_objects(lines, kind, names, facts.label)]

@@ -346,11 +346,11 @@ def _of_numbers(line: str, path: Path) -> str | None:
         )
     if count == 8 or (count > 10 and count % 2 == 0) or math.isnan(values[0]):
         return own or "vot"
+    if count in (6, 7, 9, 10) and own in ("mot-truth", "mot-detections") and values[0] >= 0:
+        return own
     if count in (5, 6) and "," in line:
         return "keyframes"
     if count in (7, 9, 10) and values[0] >= 0:
-        if own in ("mot-truth", "mot-detections"):
-            return own
         kinds = {9: "mot-truth"}
         return "mot-detections" if values[1] == -1 else kinds.get(count, "mot")
     return None

@@ -99,8 +99,8 @@ class RecordedDetections:
     """Detections in a file as the MOTChallenge writes them, a line for each.
 
     Its numbers, between commas, are frame, an identity that is ignored, x, y, width, height and
-    score, perhaps more; frames and pixels count from 1. Raises a SourceError if the file cannot be
-    read, or a line is no detection.
+    score, perhaps more; frames and pixels count from 1. The score may be missing if the identity is
+    -1. Raises a SourceError if the file cannot be read, or a line is no detection.
 
     Parameters
     ----------
@@ -118,18 +118,19 @@ class RecordedDetections:
             if not line.strip():
                 continue
             try:
-                numbers = map(float, (line + ",1").split(",")[:7])
-                frame, identity, x, y, width, height, score = numbers
+                fields = line.split(",")
+                frame, identity, x, y, width, height, score = map(float, [*fields, "1"][:7])
                 sized = 0 < width < 1e6 and 0 < height < 1e6
                 counted = frame >= 1 and frame.is_integer() and identity.is_integer()
-                if not (counted and sized and math.isfinite(x + y + score)):
+                named = identity == -1 or len(fields) > 6  # else it may be frame,x,y,w,h,score
+                if not (counted and named and sized and math.isfinite(x + y + score)):
                     raise ValueError
             except ValueError:
                 raise SourceError(
                     f"{path}, line {number}, is not a detection with commas: frame from 1, -1, x, "
                     f"y, width, height, score; got {line[:60]!r}."
                 ) from None
-            self._more |= any(each.strip() not in NOTHING for each in line.split(",")[7:])
+            self._more |= any(each.strip() not in NOTHING for each in fields[7:])
             found = Detection(Box(x - 1, y - 1, width, height), score)
             self._frames.setdefault(int(frame) - 1, []).append(found)
         if not self._frames:
