@@ -45,6 +45,12 @@ def test_absences_are_ranges() -> None:
     assert document.target(1).absent == ((19, 24), (26, 40))
 
 
+def test_no_two_objects_get_one_name() -> None:
+    nameless = commands.AddObject(0, " ", "#000000", 10, BOX)
+    document = after(nameless, nameless, commands.RemoveObject(0, 1), nameless)
+    assert [each.name for each in document.targets] == ["Object 2", "Object 3"]
+
+
 def test_split_and_join_keep_all_marks() -> None:
     document = after(added(), absent(20), key(40), commands.Split(0, 1, 20))
     one, two = document.targets

@@ -28,7 +28,7 @@ class _Command(msgspec.Struct, frozen=True, tag=str.lower, forbid_unknown_fields
 class AddObject(_Command, frozen=True, tag="add_object"):
     """Add an object that a person has drawn; the drawing is its first keyframe.
 
-    The reply has the number of the object.
+    The reply has the number of the object, which also names it where the name is empty.
     """
 
     name: Name

@@ -197,7 +197,7 @@ def _added(
     region_within(command.region, film.width, film.height)
     number = document.following
     target = DrawnTarget(
-        number, command.name or f"object {number}", command.color, command.preset,
+        number, command.name.strip() or f"Object {number}", command.color, command.preset,
         command.config, command.seed, 0, film.frames - 1, keys={command.frame: command.region},
     )  # fmt: skip
     _check_tracker(target, networks)

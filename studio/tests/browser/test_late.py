@@ -35,6 +35,11 @@ def test_actions_wait_for_the_answers_to_those_before(shown: Shown) -> None:
     shown.until("s.session.objects[0].name === 'last'")
     assert shown.state("s.session.objects.map(({ absent }) => absent.length)") == [0, 0]
     shown.settle()
+    do(
+        shown,
+        f"app.store.set({{ selected: 1 }}); app.actions.remove(); app.actions.commit({draft});",
+    )
+    shown.until("s.session.objects.length === 2 && s.session.objects[1].name === 'Object 3'")
 
 
 def test_a_draft_is_sent_once_and_the_next_one_stays(shown: Shown) -> None:

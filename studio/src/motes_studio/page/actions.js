@@ -64,11 +64,11 @@ export class Actions {
 
   async #add(frame, region) {
     const { session, tracker } = this.state;
-    const name = `Object ${session.objects.length + 1}`;
-    const reply = await this.send("add_object", { name, color: nextColor(session.objects), frame, region, ...tracker });
+    const color = nextColor(session.objects);
+    const reply = await this.send("add_object", { name: "", color, frame, region, ...tracker });
     if (!reply) return;
     this.store.set({ selected: reply.object });
-    read(`${name} drawn in frame ${frame}`);
+    read(`Object ${reply.object} drawn in frame ${frame}`);
   }
 
   async #mark(object, frame, region) {
