@@ -13,6 +13,7 @@ from typing import BinaryIO
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from PIL import Image
 
 import motes
@@ -159,6 +160,18 @@ def test_of_several_objects_one_is_taken(go: Tell) -> None:
     assert go("refine FILM many.csv --identity 2 --at 2=BOX")[0] == 0
     known = History.load(Path("many.csv.run.json"))
     assert (known.corrections, len(known.objects[2].corrections)) == ([], 2)
+
+
+def test_what_is_left_of_one_of_several_objects_is_finished(go: Tell) -> None:
+    """Also without --identity: it is known whose stretch is not finished."""
+    assert go(f"track FILM {TWO} -o many.csv {OPTIONS} --end 6")[0] == 0
+    assert go("refine FILM many.csv --identity 2 --at 4=BOX")[0] == 0
+    rows, path = Path("many.csv"), Path("many.csv.run.json")
+    whole, known = rows.read_bytes(), History.load(path)
+    killed = replace(known.objects[2], unfinished=[(0, 4)])
+    replace(known, objects={2: killed}).save(rows, whole=True)
+    go.says("refine FILM many.csv", 0, "0 corrections, 5 rows of 6 made anew; wrote many.csv.")
+    assert (rows.read_bytes(), History.load(path)) == (whole, known)
 
 
 @pytest.mark.slow

@@ -58,7 +58,9 @@ def refine(
             raise ConfigError(f"{output} has another form than {rows}; give it the same ending.")
         check_writable(output, overwrite)
         check_writable(History.path(output), overwrite)
-    new = keys.marks(source)
+    new, known = keys.marks(source), History.beside(rows)
+    if identity is None and not new and known is not None:  # what is left says whose it is
+        identity = next((one for one, each in known.objects.items() if each.unfinished), None)
     table, film, history = corrected_run(source, rows, tracker, identity, new)
     if not new and not history.unfinished:
         raise ConfigError(
@@ -71,10 +73,8 @@ def refine(
     for frame in dict(new):
         point_out_corners(marked.get(frame), film.width, film.height)
     whole = None
-    if table.several:
-        whole = History.beside(rows)
-        if whole is None:  # others may be in frames in which this one is not
-            whole = replace(history, start=0, end=history.frames, corrections=[])
+    if table.several:  # others may be in frames in which this one is not
+        whole = known or replace(history, start=0, end=history.frames, corrections=[])
     made, interrupted = refine_rows(film, table, history, after, goal, whole)
     log(
         f"{interrupts.word(interrupted)}{counted(len(dict(new)), 'correction')}, "
