@@ -15,6 +15,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from commands import read_csv
 from motes import Ellipse, KnownTarget, Place, Scene, named_detector, open_source, preset
@@ -199,6 +200,16 @@ def test_a_camera_that_cannot_be_read_does_not_stop_the_others(go: Go) -> None:
     rows = [line.split(",") for line in out.splitlines()[1:]]
     assert len(rows) > 30
     assert {(row[-1], row[2]) for row in rows} == {("hall", "1")}
+
+
+@pytest.mark.slow
+def test_a_camera_of_images_is_told_where_to_give_their_rate(go: Go) -> None:
+    Path("images").mkdir()
+    for index in range(3):
+        Image.new("RGB", (96, 80)).save(f"images/{index}.png")
+    _, _, error = go(HALL + OFFICE.replace("office.mkv", "images"))
+    assert "camera office: the images have no frame rate, 25 a second are assumed" in error
+    assert "; give fps in its [[camera]] if it is another." in error
 
 
 @pytest.mark.slow

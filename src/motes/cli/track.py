@@ -109,9 +109,8 @@ def track(
     from motes.cli.track_frames import track_one, track_several
     from motes.sot.tracker import Tracker
 
-    if len(target.regions()) > 1:
-        return track_several(asked, target.regions())
-
+    if len(regions := target.regions()) > 1:
+        return track_several(asked, regions)
     return track_one(asked, Tracker(config, values.seed), begin, outputs.figures)
 
 
@@ -125,10 +124,9 @@ def _check_fitting(
     """Raise a ConfigError for options that do not go with keyframes, or with several objects."""
     if keys.given:
         unfit: dict[str, object] = {
-            "--stride": frames.stride != 1,
-            "--resume": outputs.resume,
+            "--stride": frames.stride != 1, "--resume": outputs.resume,
             "--figures": outputs.figures,
-        }
+        }  # fmt: skip
         refuse(unfit, "not for keyframes" + ": motes refine finishes such rows" * outputs.resume)
         return
     if (count := len(target.regions())) > 1:

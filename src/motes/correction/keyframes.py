@@ -173,8 +173,12 @@ def read_keyframes(path: str | Path) -> dict[str, dict[int, Region | None]]:
             if here[0][1] is not None:
                 if len(fields) == 6 and all(mark is None for _, mark in marks.get(film, ())):
                     _check_first(here[0][1][4], titled)
-                size = size or len(fields) - 1
-                _check_size(len(fields) - 1, size)
+                count = len(fields) - 1
+                if count != (size := size or count):
+                    raise ConfigError(
+                        f"it has {count} numbers, and a region of this file has {size}; give "
+                        f"x,y,width,height in all rows, or x,y,a,b,theta in all."
+                    )
             marks.setdefault(film, []).extend(here)
         except MotesError as error:
             raise InputError(f"{path}, row {number}: {error}") from None
@@ -207,14 +211,6 @@ def _check_first(theta: float, titled: bool) -> None:
     if titled or theta <= 0 or (theta <= math.pi and theta % 1):  # a height is whole
         return check_angle(theta)
     raise ConfigError(f"theta begins with {theta:g}; {BOXES}")
-
-
-def _check_size(size: int, known: int) -> None:
-    if size != known:
-        raise ConfigError(
-            f"it has {size} numbers, and a region of this file has {known}; give x,y,width,height "
-            f"in all rows, or x,y,a,b,theta in all."
-        )
 
 
 def keyframes_of(path: str | Path, source: str) -> dict[int, Region | None]:

@@ -271,9 +271,8 @@ class Tracker:
         alone(more)
         state, last = self._started()
         ellipse = region_within(region, last.width, last.height)
-        return self._take(
-            last, self._algorithm.correct(state, self._seen(last), ellipse), ellipse.theta
-        )
+        corrected = self._algorithm.correct(state, self._seen(last), ellipse)
+        return self._take(last, corrected, ellipse.theta)
 
     def save(self, path: str | Path) -> None:
         """Write all that the next call needs. After `load`, tracks continue to the last bit.

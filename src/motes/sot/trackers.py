@@ -94,8 +94,7 @@ class Trackers:
         picture = self._picture(frame)
         each = [self._tracker(i) for i in range(len(regions))]
         tracks = [tracker.init(picture, box) for tracker, box in zip(each, regions, strict=True)]
-        self.each, self._last, self._begun = [], picture, len(each)
-        self._upon = set()
+        self.each, self._last, self._begun, self._upon = [], picture, len(each), set()
         for tracker in each:
             self._append(tracker)
         return tracks
@@ -210,8 +209,7 @@ class Trackers:
             raise ConfigError("There is no object left to save; call add or init first.")
         objects = [tracker._plain() for tracker in self.each]
         frame, *_ = [plain.pop("frame") for plain in objects]  # the same for all
-        config = self.each[0].config.to_dict()
-        upon = sorted(self._upon)
+        config, upon = self._config.to_dict(), sorted(self._upon)
         saved = _SavedGroup(config, self._seed, self._begun, self._bgr, frame, objects, upon)
         save_plain(path, msgspec.structs.asdict(saved))
 
@@ -233,11 +231,10 @@ class Trackers:
             raise ConfigError("it holds a single target, for Tracker.load")
         saved = msgspec.convert(plain, _SavedGroup)
         trackers = cls(decode(saved.config, Algorithm), saved.seed, threads, bgr=saved.bgr)
-        trackers.each = [
-            Tracker._of_plain({**each, "frame": saved.frame}) for each in saved.objects
-        ]
-        for each in trackers.each:
-            each._identity = each._seed - saved.seed + 1
+        for each in saved.objects:
+            tracker = Tracker._of_plain({**each, "frame": saved.frame})
+            tracker._identity = tracker._seed - saved.seed + 1
+            trackers.each.append(tracker)
         trackers._last, trackers._begun = trackers.each[0]._frame, saved.begun
         trackers._upon = {*saved.upon}
         return trackers

@@ -112,7 +112,8 @@ def _recorded(
     the other cameras may go.
     """
     if film.report.assumption is not None:
-        line.send(CameraMessage(camera.name, film.report.assumption))
+        told = film.report.assumption.replace("--fps", "fps in its [[camera]]")
+        line.send(CameraMessage(camera.name, told))
     last: tuple[Frame, Sequence[Arrival]] | None = None
     for each in film:
         frame = Frame(each.index, each.time + camera.offset, each.pixels)

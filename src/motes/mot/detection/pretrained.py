@@ -98,9 +98,9 @@ class RecordedConfig(DetectorConfig, Config, frozen=True, tag="recorded"):
 class RecordedDetections:
     """Detections in a file as the MOTChallenge writes them, a line for each.
 
-    Its numbers, between commas, are frame, an identity that is ignored, x, y, width, height and
-    score, perhaps more; frames and pixels count from 1. The score may be missing if the identity is
-    -1. Raises a SourceError if the file cannot be read, or a line is no detection.
+    Its numbers, between commas, are frame, an identity that is ignored, x, y, width, height, score,
+    perhaps more; beside -1 the score may be missing. Frames and pixels count from 1. Raises a
+    SourceError if the file cannot be read, or a line is no detection.
 
     Parameters
     ----------
