@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
-import queue
 import threading
+from collections import deque
 from collections.abc import Iterable, Iterator
-from typing import TypeVar
+from contextlib import AbstractContextManager, nullcontext
+from typing import Generic, Self, TypeVar
 
 from motes.core.errors import SourceError
 from motes.core.interrupts import deferred
@@ -26,58 +26,93 @@ def check_reader(owner: int) -> None:
         )
 
 
-@contextlib.contextmanager
-def prefetch(items: Iterable[T], ahead: int = QUEUE_SIZE) -> Iterator[Iterator[T]]:
-    """Iterate over items that a thread gets in advance: decoding and tracking overlap.
+class Prefetch(Generic[T]):
+    """An iterator of items that a thread gets in advance, and a context manager that ends it.
 
     An error raised in the thread is raised by the iterator after the items before it. When the
     context ends, the thread has ended, and so has the iterator, even in another thread that waits
-    for an item.
+    for an item. At most `ahead` items wait to be used.
 
     A child of `fork` has no such thread: the iterator raises a SourceError there.
-
-    With MOTES_THREADS=1 there is no such thread: a worker of a batch has one core, and others use
-    the rest of the machine. At most `ahead` items wait to be used.
     """
-    if os.environ.get("MOTES_THREADS") == "1":
-        yield iter(items)
-        return
-    # Items, each in a tuple; last the error that has ended them, or None.
-    ready: queue.Queue[tuple[T] | BaseException | None] = queue.Queue(ahead)
-    stopped, owner = threading.Event(), os.getpid()
 
-    def produce() -> None:
+    def __init__(self, items: Iterable[T], ahead: int) -> None:
+        self._items, self._ahead, self._owner = items, ahead, os.getpid()
+        self._changed = threading.Condition()
+        self._ready: deque[T] = deque()
+        self._ended = self._stopped = False
+        self._error: BaseException | None = None
+        self._thread = threading.Thread(target=self._read, name="prefetch", daemon=True)
+
+    @property
+    def _full(self) -> bool:
+        """Whether the thread waits before it adds an item."""
+        return len(self._ready) >= self._ahead
+
+    def _leave_out(self) -> None:
+        """Leave out items that are not wanted any more."""
+
+    def _read(self) -> None:
         error: BaseException | None = None
         try:
-            for item in items:
-                ready.put((item,))
-                if stopped.is_set():
-                    return
+            for item in self._items:
+                with self._changed:
+                    while self._full and not self._stopped:
+                        self._changed.wait()
+                    if self._stopped:
+                        return
+                    self._ready.append(item)
+                    self._leave_out()
+                    self._changed.notify_all()
         except BaseException as raised:
             error = raised
-        ready.put(error)
+        finally:
+            with self._changed:
+                self._ended, self._error = True, error
+                self._changed.notify_all()
 
-    def items_in_order() -> Iterator[T]:
-        while True:
-            check_reader(owner)
-            if not isinstance(got := ready.get(), tuple):
-                break
-            yield got[0]
-        if got is not None:
-            raise got
+    def __iter__(self) -> Self:
+        return self
 
-    thread = threading.Thread(target=produce, name="prefetch", daemon=True)
-    try:
-        with deferred():  # otherwise an interrupt may leave a thread behind that never ends
-            thread.start()
-        yield items_in_order()
-    finally:
-        if os.getpid() == owner:  # in a child the queue may be locked for ever
-            with deferred():
-                stopped.set()
-                while thread.is_alive():  # make room, in case the thread waits to put an item
-                    with contextlib.suppress(queue.Empty):
-                        ready.get(timeout=0.01)
-                while not ready.empty():
-                    ready.get()
-                ready.put(None)
+    def __next__(self) -> T:
+        check_reader(self._owner)
+        with self._changed:
+            while not (self._ready or self._ended or self._stopped):
+                self._changed.wait()
+            if self._ready:
+                self._leave_out()
+                self._changed.notify_all()
+                return self._ready.popleft()
+            error, self._error = self._error, None
+        raise error or StopIteration
+
+    def __enter__(self) -> Self:
+        try:
+            with deferred():  # an interrupt comes when the thread runs, and ends it
+                self._thread.start()
+        except BaseException:
+            self.__exit__()
+            raise
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if os.getpid() != self._owner:  # in a child the lock may be held for ever
+            return
+        with deferred():
+            with self._changed:
+                self._stopped = True
+                self._changed.notify_all()
+            self._thread.join()
+            self._ready.clear()
+            self._error = None
+
+
+def prefetch(items: Iterable[T], ahead: int = QUEUE_SIZE) -> AbstractContextManager[Iterator[T]]:
+    """Iterate over items that a thread gets in advance: decoding and tracking overlap.
+
+    With MOTES_THREADS=1 there is no such thread: a worker of a batch has one core, and others use
+    the rest of the machine.
+    """
+    if os.environ.get("MOTES_THREADS") == "1":
+        return nullcontext(iter(items))
+    return Prefetch(items, ahead)
