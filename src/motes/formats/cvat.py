@@ -22,7 +22,7 @@ from motes.core.files import read_text
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.formats.image_names import NO_IMAGE, OF_VIDEO, check_one_film, frame_of, images_of
-from motes.formats.keyframes import KEYFRAME_ERROR, keyframes
+from motes.formats.keyframes import KEYFRAME_ERROR, boxes_by_identity, thinned
 from motes.formats.recording import (
     ANONYMOUS,
     MOST_FRAMES,
@@ -39,10 +39,9 @@ from motes.formats.shapes import (
     classes_of,
     label_or_none,
     labels_of,
-    visible_box,
 )
 from motes.formats.text import angle, at, number, unread, whole
-from motes.formats.visibility import SHOWN, check_identities
+from motes.formats.visibility import shown
 from motes.rows.schema import text_name
 
 if TYPE_CHECKING:
@@ -59,17 +58,11 @@ def write(recorded: Recording, keyframe_error: float = KEYFRAME_ERROR) -> Iterat
     first one, and those that a stride has skipped, are none of the task. Raises a FormatError if a
     box has no identity.
     """
-    from xml.sax.saxutils import escape  # which imports all that talks over networks
+    from xml.sax.saxutils import escape, quoteattr  # which imports all that talks over networks
 
-    head, end = recorded.head, 0
-    spans: dict[int, tuple[int, int]] = {}
-    for index, row in enumerate(recorded.frames):
-        end = row.frame + 1
-        for each in row.objects:
-            if each.status in SHOWN:
-                spans[each.identity] = spans.get(each.identity, (index, 0))[0], index
-    check_identities(spans, "CVAT")
-    classes = classes_of(recorded)
+    head, classes = recorded.head, classes_of(recorded)
+    end = max((row.frame + 1 for row in recorded), default=0)
+    tracks = boxes_by_identity(recorded, shown, "CVAT")
     labels = "\n".join(
         f"        <label>\n          <name>{escape(name)}</name>\n        </label>"
         for name in labels_of(classes, head)
@@ -92,9 +85,15 @@ def write(recorded: Recording, keyframe_error: float = KEYFRAME_ERROR) -> Iterat
   </meta>
 """.encode()
     after, end = recorded.following(), max(end, recorded.length)
-    for identity, (first, last) in spans.items():
-        part = replace(recorded, frames=recorded.frames[first : last + 1])
-        yield from _track(part, identity, classes[identity], after, end, keyframe_error)
+    for identity, here in tracks.items():
+        label = quoteattr(classes[identity])
+        yield f'  <track id="{identity}" label={label} source="automatic">\n'.encode()
+        for each, box, key, ends in thinned(here, after, keyframe_error):
+            hidden = each.status is Status.OCCLUDED
+            yield _box(each.frame, box, occluded=hidden, keyframe=key)
+            if ends and after[each.frame] < end:
+                yield _box(after[each.frame], box, outside=True)
+        yield b"  </track>\n"
     yield b"</annotations>\n"
 
 
@@ -108,37 +107,6 @@ def _task_lines(recorded: Recording, end: int) -> str:
     if seen.step > 1:
         lines.append(f"<frame_filter>step={seen.step}</frame_filter>")
     return "\n".join(f"      {line}" for line in lines)
-
-
-def _track(
-    recorded: Recording, identity: int, name: str, after: Mapping[int, int], end: int, error: float
-) -> Iterator[bytes]:
-    """Yield the track of an object; `after` has the frame after each one, if it is before `end`."""
-    from xml.sax.saxutils import quoteattr
-
-    stretches: list[list[tuple[int, Corners, bool]]] = []
-    expected: int | None = None
-    for row in recorded:
-        here = next((each for each in row.objects if each.identity == identity), None)
-        box = None if here is None else visible_box(here, recorded.head)
-        if box is not None and here is not None:
-            if row.frame != expected:
-                stretches.append([])
-            stretches[-1].append((row.frame, box, here.status is Status.OCCLUDED))
-            expected = after[row.frame]
-    if not stretches:
-        return
-    yield f'  <track id="{identity}" label={quoteattr(name)} source="automatic">\n'.encode()
-    for stretch in stretches:
-        frames, boxes, hidden = (np.array(column) for column in zip(*stretch, strict=True))
-        changes = np.concatenate([[True], hidden[1:] != hidden[:-1]])
-        keys = keyframes(frames, boxes, changes, error)
-        for (frame, box, occluded), key in zip(stretch, keys.tolist(), strict=True):
-            yield _box(frame, box, occluded=occluded, keyframe=key)
-        last, box, _ = stretch[-1]
-        if after[last] < end:
-            yield _box(after[last], box, outside=True)
-    yield b"  </track>\n"
 
 
 def _box(

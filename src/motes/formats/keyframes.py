@@ -7,7 +7,7 @@ pixels count from 0.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,11 +17,14 @@ from numpy.typing import NDArray
 from motes.core.errors import FormatError
 from motes.core.files import read_text
 from motes.core.geometry import Ellipse, as_ellipse
-from motes.core.track import Status
+from motes.core.track import Status, Track
 from motes.core.types import Floats
 from motes.correction.keyframes import BOXES, read_keyframes
 from motes.formats.recording import FilmFacts, Recording, placed, sound
+from motes.formats.shapes import Corners, visible_box
 from motes.formats.text import at
+from motes.formats.visibility import check_identities
+from motes.rows.schema import FrameRow
 
 KEYFRAME_ERROR = 1.0
 """Default of the largest deviation of interpolated coordinates, in pixels."""
@@ -65,6 +68,43 @@ def _reach(
         if forced[i] or (low > high).any():
             break
     return best
+
+
+def boxes_by_identity(
+    recorded: Recording, chosen: Callable[[FrameRow], Iterable[Track]], what: str
+) -> dict[int, list[tuple[Track, Corners]]]:
+    """Return where each of the chosen objects is inside the picture, in order of the frames.
+
+    Raises a FormatError if a box has no identity; `what` names a format of tracks.
+    """
+    found: dict[int, list[tuple[Track, Corners]]] = {}
+    for row in recorded:
+        for each in chosen(row):
+            here = found.setdefault(each.identity, [])
+            if (box := visible_box(each, recorded.head)) is not None:
+                here.append((each, box))
+    check_identities(found, what)
+    return {identity: here for identity, here in found.items() if here}
+
+
+def thinned(
+    here: list[tuple[Track, Corners]], after: Mapping[int, int], error: float
+) -> Iterator[tuple[Track, Corners, bool, bool]]:
+    """Yield an object's places, whether each is a keyframe, and whether the object ends there.
+
+    `after` has the frame after each one; an object that is not in that one ends, and where it is
+    there again a stretch begins.
+    """
+    frames = [each.frame for each, _ in here]
+    ends = [
+        after[frame] != further for frame, further in zip(frames, [*frames[1:], -1], strict=True)
+    ]
+    hidden = np.array([each.status is Status.OCCLUDED for each, _ in here])
+    forced = np.array(ends)
+    forced[1:] |= forced[:-1] | (hidden[1:] != hidden[:-1])
+    keys = keyframes(np.array(frames), np.array([box for _, box in here]), forced, error)
+    for (each, box), key, end in zip(here, keys.tolist(), ends, strict=True):
+        yield each, box, key, end
 
 
 TITLES = (b"frame,x,y,width,height\n", b"frame,x,y,a,b,theta\n")

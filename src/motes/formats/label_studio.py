@@ -22,12 +22,21 @@ from motes import __version__
 from motes.core.errors import FormatError, counted
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.geometry import Ellipse
+from motes.core.track import Track
 from motes.core.types import Floats
-from motes.formats.keyframes import KEYFRAME_ERROR, keyframes
-from motes.formats.recording import FilmFacts, Recording, frames_between, placed, sound
-from motes.formats.shapes import Corners, box_of_rectangle, classes_of, label_or_none, visible_box
+from motes.formats.keyframes import KEYFRAME_ERROR, boxes_by_identity, thinned
+from motes.formats.recording import (
+    FilmFacts,
+    Recording,
+    frames_between,
+    placed,
+    rate_of,
+    sound,
+)
+from motes.formats.shapes import Corners, box_of_rectangle, classes_of, label_or_none
 from motes.formats.text import angle, at, read_json
-from motes.formats.visibility import check_identities, visible
+from motes.formats.visibility import visible
+from motes.rows.schema import Header
 
 REGION = "videorectangle"
 SAME_RATE = 1e-5
@@ -59,17 +68,10 @@ def write(recorded: Recording, keyframe_error: float = KEYFRAME_ERROR) -> Iterat
 def _regions(recorded: Recording, keyframe_error: float) -> list[dict[str, Any]]:
     """Return the regions of all objects; raise a FormatError if a box has no identity."""
     head, classes = recorded.head, classes_of(recorded)
-    places: dict[int, list[tuple[int, float, Corners, float]]] = {}
     count, seconds = 0, FRAME_INTERVAL
     for row in recorded:
         count = row.frame + 1
         seconds = row.time / row.frame if row.frame and row.time else seconds
-        for each in visible(row):
-            box = visible_box(each, head)
-            if box is not None:
-                place = (row.frame, row.time, box, each.confidence)
-                places.setdefault(each.identity, []).append(place)
-    check_identities(places, "Label Studio")
     after = recorded.following()
     return [
         {
@@ -78,48 +80,34 @@ def _regions(recorded: Recording, keyframe_error: float) -> list[dict[str, Any]]
             "from_name": BOX,
             "to_name": VIDEO,
             "origin": "prediction",
-            "score": round(float(np.mean([place[3] for place in here])), 5),
+            "score": round(float(np.mean([each.confidence for each, _ in here])), 5),
             "value": {
                 "framesCount": count,
                 "duration": round(count * seconds, 6),
                 "labels": [classes[identity]],
-                "sequence": _sequence(here, after, keyframe_error, head.width, head.height),
+                "sequence": [
+                    _keyframe(each, box, head, end=end)
+                    for each, box, key, end in thinned(here, after, keyframe_error)
+                    if key
+                ],
             },
         }
-        for identity, here in places.items()
+        for identity, here in boxes_by_identity(recorded, visible, "Label Studio").items()
     ]
 
 
-def _sequence(
-    here: list[tuple[int, float, Corners, float]],
-    after: dict[int, int],
-    error: float,
-    width: int,
-    height: int,
-) -> list[dict[str, Any]]:
-    """Return the keyframes of an object; its line ends where `enabled` is false."""
-    frames = [frame for frame, *_ in here]
-    last = [
-        after[frame] != further for frame, further in zip(frames, [*frames[1:], None], strict=True)
-    ]
-    first = [True, *last[:-1]]
-    forced = np.array(last) | np.array(first)
-    boxes = np.array([box for _, _, box, _ in here])
-    keys = keyframes(np.array(frames), boxes, forced, error)
-    return [
-        {
-            "frame": frame + 1,
-            "time": round(time, 6),
-            "enabled": not end,
-            "rotation": 0,
-            "x": round(100 * box.left / width, 6),
-            "y": round(100 * box.top / height, 6),
-            "width": round(100 * (box.right - box.left) / width, 6),
-            "height": round(100 * (box.bottom - box.top) / height, 6),
-        }
-        for (frame, time, box, _), end, key in zip(here, last, keys.tolist(), strict=True)
-        if key
-    ]
+def _keyframe(each: Track, box: Corners, head: Header, *, end: bool) -> dict[str, Any]:
+    """Return a keyframe of an object; its line ends where `enabled` is false."""
+    return {
+        "frame": each.frame + 1,
+        "time": round(each.time, 6),
+        "enabled": not end,
+        "rotation": 0,
+        "x": round(100 * box.left / head.width, 6),
+        "y": round(100 * box.top / head.height, 6),
+        "width": round(100 * (box.right - box.left) / head.width, 6),
+        "height": round(100 * (box.bottom - box.top) / head.height, 6),
+    }
 
 
 class VideoKeyframe(msgspec.Struct):
@@ -255,15 +243,11 @@ def _rate_of(keys: Sequence[VideoKeyframe]) -> float | None:
 
     None where other times are written, as those of the film.
     """
-    timed = sorted((key.time, key.frame) for key in keys if key.time is not None)
-    if not timed:
+    timed = [(key.frame, key.time) for key in keys if key.time is not None]
+    rate = rate_of(dict(timed))
+    if rate is None or any(abs(frame - time * rate) >= 0.5 for frame, time in timed):
         return None
-    (begin, first), (end, last) = (0.0, 0), timed[-1]
-    if len(timed) > 1:
-        begin, first = timed[0]
-    rate = (last - first) / (end - begin) if end > begin else 0.0
-    is_rate = rate > 0 and all(abs(frame - time * rate) < 0.5 for time, frame in timed)
-    return rate if is_rate else None
+    return rate
 
 
 @dataclass(frozen=True)

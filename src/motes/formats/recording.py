@@ -125,7 +125,7 @@ class Recording:
             if not abs(time) <= FARTHEST:
                 raise FormatError(f"frame {frame} has the time {time:g}")
         if not facts.fps:
-            facts = replace(facts, fps=_rate(known))
+            facts = replace(facts, fps=rate_of(known))
         seconds = known | _between(known, [frame for frame in frames if frame not in known], facts)
         width, height = size or (facts.width, facts.height)
         return cls(
@@ -251,7 +251,7 @@ def are_samples(frames: Sequence[int]) -> bool:
     return apart > stride_of(frames)
 
 
-def _rate(known: Mapping[int, float]) -> float | None:
+def rate_of(known: Mapping[int, float]) -> float | None:
     """Return the frames per second of the times of frames; None if they do not tell it."""
     first, last = min(known, default=0), max(known, default=0)
     begin, end = known.get(first, 0.0), known.get(last, 0.0)
