@@ -20,7 +20,7 @@ from scripts import script
 ROOT = Path(motes.__file__).parent
 REPOSITORY = Path(__file__).parents[1]
 PROGRAMS = ("studio", "fleet", "lab")
-DOORS = ("core", "video", "cues", "sot", "mot", "rows", "output", "correction", "formats", "cli")
+DOORS = ("core", "video", "cues", "sot", "mot", "rows", "correction", "formats", "cli")
 """Packages whose names programs may import, beside those of `motes`."""
 
 

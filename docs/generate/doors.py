@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 
 PAGE = Path(__file__).parents[1] / "api.md"
-DOORS = ("core", "video", "sot", "mot", "rows", "output", "correction", "formats", "cli")
+DOORS = ("core", "video", "sot", "mot", "rows", "correction", "formats", "cli")
 """Packages of motes with a door for programs; `motes.cues` is for users too."""
 HEAD = "| package | names |\n|---|---|\n"
 

@@ -46,7 +46,7 @@ def notes(monkeypatch: pytest.MonkeyPatch) -> list[Mapping[int, str]]:
         said.append(others[-1])
         return pixels
 
-    monkeypatch.setattr("motes.output.painters.draw_scene", heard)
+    monkeypatch.setattr("motes.cli.annotated_video.draw_scene", heard)
     return said
 
 
@@ -203,7 +203,7 @@ def test_objects_are_drawn_with_their_names_lines_and_speeds(
     assert {path.name for path in Path("figures").iterdir()} == {
         "objects.heatmap.png", "objects.paths.png", "objects.slit.png",
     }  # fmt: skip
-    monkeypatch.setattr("motes.output.painters.draw_scene", heard)
+    monkeypatch.setattr("motes.cli.annotated_video.draw_scene", heard)
     assert go("draw film.mkv objects.csv -o again.mkv")[0] == 0
     assert any("line 1" in text for text in said)
     assert any("'5.00 m/s'" in text.replace("{1: ", "") for text in said)

@@ -9,8 +9,9 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes import Box, ConfigError, Ellipse, Frame, Line, Regions, SourceError, Status, Track, Zone
+from motes.cli import Moment, ScenePainter
+from motes.cli.annotated_video import speed_label
 from motes.output.overlay import COLORS, PARTICLE, draw
-from motes.output.painters import ScenePainter, speed_label
 from motes.output.scene_overlay import color_of, draw_scene
 
 
@@ -196,7 +197,7 @@ def test_a_trail_is_interrupted_where_nothing_is_seen() -> None:
     for index, x in enumerate(range(60, 260, 10)):
         status = Status.LOST if 5 <= index < 15 else Status.TRACKING
         one = replace(track(Ellipse(x, 100.0, 8.0, 20.0, 0.0), status), identity=1)
-        drawn = painter.painted(Frame(index, index / 25, gray()), [one])
+        drawn = painter.painted(Moment(Frame(index, index / 25, gray()), [one]))
     row = np.logical_or.reduce(colored(drawn)[round(one.box.foot[1]) - 1 :])
     assert row[62:98].all()
     assert not row[104:206].any()
@@ -228,7 +229,8 @@ def test_lines_and_zones_have_their_names_where_there_are_several() -> None:
 
 
 def test_a_caption_begins_with_the_frame_that_refine_asks_for() -> None:
-    corners = [ScenePainter(Regions()).painted(Frame(index, 2.0, gray()), []) for index in (50, 51)]
+    moments = [Moment(Frame(index, 2.0, gray())) for index in (50, 51)]
+    corners = [ScenePainter(Regions()).painted(each) for each in moments]
     assert (corners[0] != corners[1]).any()
 
 

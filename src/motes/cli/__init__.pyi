@@ -1,5 +1,6 @@
 """The public names of this package."""
 
+from .annotated_video import ScenePainter as ScenePainter, TargetPainter as TargetPainter
 from .app import program as program
 from .entry import call as call, main as main, run as run
 from .exit_codes import DONE as DONE, NOT_FOUND as NOT_FOUND, PARTIAL as PARTIAL

@@ -1,42 +1,100 @@
-"""What is drawn into the frames of a run: a video of it."""
+"""What is drawn into the frames of a run, and the video of it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import deque
+from math import isfinite, nan
 from pathlib import Path
-from typing import Self
+from typing import Protocol, Self
 
 from motes.cli.frame_loop import Moment, Sink
 from motes.core.frame import FRAME_INTERVAL
+from motes.core.track import ROUNDING, Status, Track
 from motes.core.types import Bytes
 from motes.mot.analytics.regions import Regions
-from motes.output.painters import ScenePainter, TargetPainter
+from motes.output.overlay import describe, draw
+from motes.output.scene_overlay import Point, draw_scene
 from motes.video.film import Film
 from motes.video.sources import Source
 from motes.video.writer import VideoWriter
 
-Paint = Callable[[Moment], Bytes]
-"""Returns the picture of a moment; called with each of them, in order."""
+TRAIL = 50
+"""Frames of a trail."""
+RESTS = 3.0
+"""Standard deviations below which a speed may be 0."""
+NOWHERE = (nan, nan)
+"""In a trail, the place of a target that is not seen."""
 
 
-def painted_scene(places: Regions) -> Paint:
-    """Return what paints several objects, the time, and the crossings, entries and exits so far."""
-    painter = ScenePainter(places)
+class Painter(Protocol):
+    """Paints the moments of a run, in their order."""
 
-    return lambda moment: painter.painted(moment.frame, moment.tracks, moment.totals)
+    def painted(self, moment: Moment) -> Bytes:
+        """Return the picture of a moment with all that is drawn on it."""
 
 
-def painted_target(*, metres: bool) -> Paint:
-    """Return what paints one object, its particles and its trail, and its speed in metres."""
-    painter = TargetPainter(metres=metres)
+class TargetPainter(Painter):
+    """Paints one target, its particles and its trail, and its speed if that is in `metres`."""
 
-    def painted(moment: Moment) -> Bytes:
-        info = moment.info
+    def __init__(self, *, metres: bool = False) -> None:
+        self._metres = metres
+        self._trail: deque[Point] = deque(maxlen=TRAIL)
+
+    def painted(self, moment: Moment) -> Bytes:
+        """Return the picture of a moment; nothing is drawn before there is a target."""
+        pixels, info = moment.frame.pixels, moment.info
         if info is None:
-            return moment.frame.pixels
-        return painter.painted(moment.frame, moment.target, info.ellipses, info.weights)
+            return pixels
+        target = moment.target
+        seen = target.status is Status.TRACKING
+        self._trail.append(target.ellipse[:2] if seen else NOWHERE)
+        speed = speed_label(target) if self._metres else ""
+        label = describe(target, speed) if speed else None
+        return draw(
+            pixels, target, particles=info.ellipses, weights=info.weights, trail=self._trail,
+            label=label,
+        )  # fmt: skip
 
-    return painted
+
+class ScenePainter(Painter):
+    """Paints all objects with their trails and speeds, the lines and zones, the time and totals.
+
+    A trail is of the point that is counted: the foot. It is interrupted where that is not seen.
+    """
+
+    def __init__(self, places: Regions) -> None:
+        self._places, self._counted = places, sorted({*places.totals})
+        self._trails: dict[int, deque[Point]] = {}
+
+    def painted(self, moment: Moment) -> Bytes:
+        """Return the picture of a moment, with the crossings, entries and exits so far."""
+        frame, tracks, totals = moment.frame, moment.tracks, moment.totals
+        # A detection without an identity has no past.
+        here = {each.identity for each in tracks if each.identity > 0}
+        self._trails = {
+            identity: trail for identity, trail in self._trails.items() if identity in here
+        }
+        for each in (each for each in tracks if each.identity in here):
+            trail = self._trails.setdefault(each.identity, deque(maxlen=TRAIL))
+            trail.append(each.box.foot if each.status is Status.TRACKING else NOWHERE)
+        minutes, seconds = divmod(int(frame.time), 60)
+        passed = [f"{name} {totals[name]}" for name in self._counted if name in totals]
+        caption = [f"{frame.index}  {minutes}:{seconds:02}", *passed]
+        every = {each.identity: speed_label(each) for each in tracks}
+        notes = {name: label for name, label in every.items() if label}
+        return draw_scene(frame.pixels, tracks, self._trails, self._places, caption, notes)
+
+
+def speed_label(track: Track) -> str:
+    """Return a speed in metres a second as text; "" if it is not known.
+
+    A microscope's are small; one that may be that of an object at rest is 0.00.
+    """
+    speed, deviation = track.number("speed"), track.number("speed_std")
+    if not isfinite(speed):
+        return ""
+    small = max(ROUNDING, RESTS * deviation if isfinite(deviation) else 0.0) < speed < 0.1
+    return f"{speed:.2g} m/s" if small else f"{speed:.2f} m/s"
 
 
 class AnnotatedVideo(Sink):
@@ -47,9 +105,9 @@ class AnnotatedVideo(Sink):
     """
 
     def __init__(
-        self, path: Path, source: Source | Film, stride: int, painted: Paint, *, overwrite: bool
+        self, path: Path, source: Source | Film, painter: Painter, stride: int, *, overwrite: bool
     ) -> None:
-        self._painted = painted
+        self._painter = painter
         self._writer = VideoWriter(path, (source.fps or 1 / FRAME_INTERVAL) / stride, overwrite)
         self._start: float | None = None
 
@@ -58,7 +116,7 @@ class AnnotatedVideo(Sink):
         time = moment.frame.time
         if self._start is None:
             self._start = time
-        self._writer.write(self._painted(moment), time - self._start)
+        self._writer.write(self._painter.painted(moment), time - self._start)
 
     @property
     def result(self) -> str | None:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from cyclopts import App, Parameter
 
-from motes.cli.annotated_video import AnnotatedVideo, painted_scene, painted_target
+from motes.cli.annotated_video import AnnotatedVideo, ScenePainter, TargetPainter
 from motes.cli.draw_rows import object_moments, rows_in, target_moments
 from motes.cli.frame_loop import Sink, Tally, run
 from motes.cli.input_checks import (
@@ -51,8 +51,8 @@ class DrawOutputs:
         """Return the outputs of rows of one target; `name` begins those of its figures."""
         opened, anew = list[Sink](), self.overwrite
         if self.output is not None:
-            paint = painted_target(metres=metres)
-            opened.append(AnnotatedVideo(self.output, film, 1, paint, overwrite=anew))
+            painter = TargetPainter(metres=metres)
+            opened.append(AnnotatedVideo(self.output, film, painter, 1, overwrite=anew))
         if self.figures is not None:
             unit = "m" if metres else "pixels"
             opened.append(MotionFigures(self.figures / name, unit, overwrite=anew))
@@ -68,8 +68,8 @@ class DrawOutputs:
             )
         opened, anew = list[Sink](), self.overwrite
         if self.output is not None:
-            paint = painted_scene(regions)
-            opened.append(AnnotatedVideo(self.output, film, 1, paint, overwrite=anew))
+            painter = ScenePainter(regions)
+            opened.append(AnnotatedVideo(self.output, film, painter, 1, overwrite=anew))
         if self.figures is not None:
             opened.append(Heatmap(self.figures / f"{name}.heatmap.png", overwrite=anew))
             opened.append(Paths(self.figures / f"{name}.paths.png", overwrite=anew))

@@ -7,8 +7,10 @@ import time
 from abc import abstractmethod
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, closing, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol, Self
+
+from msgspec import structs
 
 from motes.cli.exit_codes import DONE, NOT_FOUND
 from motes.cli.streams import log
@@ -122,6 +124,14 @@ class Moment:
     totals: Mapping[str, int] = field(default_factory=dict)
     """Number of events so far, as `EventCounter.totals`."""
 
+    def labeled(self, label: str | None) -> Moment:
+        """Return the moment in which objects without a class have this one, if it is given."""
+        if label is None:
+            return self
+        return replace(
+            self, tracks=[structs.replace(each, label=each.label or label) for each in self.tracks]
+        )
+
     @property
     def rows(self) -> FrameRow:
         """The rows of the frame."""
@@ -185,9 +195,17 @@ class Tally:
 
 
 def run(
-    film: Source, outputs: Sequence[Sink], moments: Moments, tally: Tally, *, quiet: bool = False
+    film: Source,
+    outputs: Sequence[Sink],
+    moments: Moments,
+    tally: Tally,
+    *,
+    label: str | None = None,
+    quiet: bool = False,
 ) -> int:
     """Write the result of each frame into all outputs, close them, and print a summary.
+
+    Objects without a class get `label`.
 
     Raises a MotesError if the source cannot be read any more, or an output not be written. Where a
     live source is away for good, the outputs are finished before. A thread decodes the frames
@@ -211,6 +229,7 @@ def run(
             with FrameProgress(film.frame_count, quiet=quiet) as bar:
 
                 def take(moment: Moment) -> None:
+                    moment = moment.labeled(label)
                     with deferred():
                         for output in outputs:
                             output.write(moment)

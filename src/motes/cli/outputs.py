@@ -15,7 +15,7 @@ from typing import Generic, TypeVar
 
 from msgspec.structs import replace
 
-from motes.cli.annotated_video import AnnotatedVideo, Paint
+from motes.cli.annotated_video import AnnotatedVideo, Painter
 from motes.cli.frame_loop import Moment, Sink
 from motes.cli.input_checks import STREAMED, check_place, format_of, usual_format
 from motes.cli.option_groups import FrameOptions, OutputOptions
@@ -25,7 +25,6 @@ from motes.core.config import Config
 from motes.core.errors import FormatError, InputError, SourceError, counted
 from motes.core.files import check_writable, is_special, leftovers
 from motes.core.track import GROUND
-from motes.core.types import Bytes
 from motes.correction.history import History
 from motes.formats.mot import line_of
 from motes.formats.recording import LABEL, Recording
@@ -42,15 +41,14 @@ from motes.video.sources import Source, is_recorded
 
 
 class RowsOutput(Sink):
-    """Rows of motes in a file or on standard output; objects without a class get `label`."""
+    """Rows of motes in a file or on standard output."""
 
-    def __init__(self, writer: TrackWriter, label: str | None, *, resume: bool) -> None:
-        self._writer, self._label = writer, label
-        self._resume, self._complete = resume, False
+    def __init__(self, writer: TrackWriter, *, resume: bool) -> None:
+        self._writer, self._resume, self._complete = writer, resume, False
 
     def write(self, moment: Moment) -> None:
         """Add a frame's rows."""
-        self._writer.add(moment.rows.labeled(self._label))
+        self._writer.add(moment.rows)
 
     @property
     def result(self) -> str | None:
@@ -106,13 +104,9 @@ class HistoryOutput(Sink):
 class MotOutput(Lines):
     """Results of the MOTChallenge: a line for each visible object in each frame."""
 
-    def __init__(self, name: str, overwrite: bool, label: str | None) -> None:
-        super().__init__(name, overwrite)
-        self._label = label
-
     def write(self, moment: Moment) -> None:
         """Add a frame's lines."""
-        self.put([line_of("results", each) for each in visible(moment.rows.labeled(self._label))])
+        self.put([line_of("results", each) for each in visible(moment.rows)])
 
 
 class DocumentOutput(Sink):
@@ -146,12 +140,13 @@ class DocumentOutput(Sink):
     def add(self, row: FrameRow) -> None:
         """Add the objects of a frame that have a place, and the name of the frame's image."""
         film, files = self._film, self._film.files
-        label = self._options.label
-        objects = tuple(each for each in row.labeled(label).objects if each.placed)
+        objects = tuple(each for each in row.objects if each.placed)
         searched = tuple(each.identity for each in row.objects if each.searched)
         try:
             if self._journal is None:
-                head = Header(text_name(film.name), film.width, film.height, label or LABEL)
+                head = Header(
+                    text_name(film.name), film.width, film.height, self._options.label or LABEL
+                )
                 self._journal = JournalWriter(self.rows, head)
             name = text_name(files[row.frame]) if files else None
             self._journal.add(replace(row, objects=objects, file=name, searched=searched))
@@ -317,16 +312,11 @@ class Request(Generic[Configuration]):
             return None
         return Path(output) if format_of(output, form) in STREAMED else None
 
-    def pictures(self, film: Source | Film, painted: Paint) -> list[Sink]:
-        """Return the output --overlay, whose pictures `painted` makes."""
+    def pictures(self, film: Source | Film, painter: Painter) -> list[Sink]:
+        """Return the output --overlay."""
         if (path := self.outputs.overlay) is None:
             return []
-
-        def named(moment: Moment) -> Bytes:
-            tracks = moment.rows.labeled(self.outputs.label).objects
-            return painted(dataclasses.replace(moment, tracks=tracks))
-
-        return [AnnotatedVideo(path, film, self.frames.stride, named, overwrite=self.overwrite)]
+        return [AnnotatedVideo(path, film, painter, self.frames.stride, overwrite=self.overwrite)]
 
     def rows(self, film: Source | Film, hindsight: Sequence[str] = ()) -> list[Sink]:
         """Return what writes the rows, also in metres; none if they are not asked for.
@@ -338,7 +328,7 @@ class Request(Generic[Configuration]):
             return []
         form = format_of(name, options.format)
         if form == "mot":
-            return [MotOutput(name, options.overwrite, options.label)]
+            return [MotOutput(name, options.overwrite)]
         if form not in STREAMED:
             return [DocumentOutput(name, form, film, options)]
         kind: Form = "csv" if form == "csv" else "jsonl"
@@ -346,7 +336,7 @@ class Request(Generic[Configuration]):
         writer = TrackWriter(
             name, kind, overwrite=options.overwrite, resume=self.resume, further=further
         )
-        return [RowsOutput(writer, options.label, resume=self.resume)]
+        return [RowsOutput(writer, resume=self.resume)]
 
     def rows_and_history(self, film: Source) -> list[Sink]:
         """Return what writes the rows, after what writes their history."""

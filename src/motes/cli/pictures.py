@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from msgspec.structs import replace
 
+from motes.cli.annotated_video import NOWHERE
 from motes.cli.frame_loop import Moment, Sink
 from motes.cli.option_groups import OutputOptions
 from motes.cli.outputs import DocumentOutput
@@ -24,7 +25,6 @@ from motes.formats import masks
 from motes.mot.analytics.regions import Regions
 from motes.output.motion_charts import FIGURES, MotionSeries, style
 from motes.output.overlay import png
-from motes.output.painters import NOWHERE
 from motes.output.scene_overlay import heatmap, paths
 from motes.output.slit_scan import SlitScan
 from motes.rows.schema import FrameRow
@@ -212,5 +212,6 @@ class Masks(DocumentOutput):
         if track.status is Status.TRACKING:
             mask = self._segmenter.update(frame.pixels, track.ellipse)
             if mask.any():
-                each = replace(track, mask=masks.encode(mask))
+                label = track.label or self._options.label
+                each = replace(track, label=label, mask=masks.encode(mask))
         self.add(FrameRow(frame.index, frame.time, (each,)))

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from msgspec import structs
 
-from motes.cli.annotated_video import painted_target
+from motes.cli.annotated_video import TargetPainter
 from motes.cli.correct_run import run_stretches
 from motes.cli.exit_codes import DONE
 from motes.cli.frame_loop import FrameProgress, Moment, Sink, Tally, summarize
@@ -60,7 +60,7 @@ def track_between(
     if path is not None:
         for each in (path, History.path(path)):
             check_writable(each, asked.overwrite)
-    videos = asked.pictures(film, painted_target(metres=units is not None))
+    videos = asked.pictures(film, TargetPainter(metres=units is not None))
     rows = asked.rows(film, HINDSIGHT)
     run = KeyframeRun(film, asked, history)
     try:
@@ -81,8 +81,8 @@ class KeyframeRun(Tally):
         self.interrupted: KeyboardInterrupt | None = None
         """The interrupt that ended the run, or None."""
         self._film, self._history, self._path = film, history, asked.rows_file
-        self._quiet = asked.output == "-"
-        self._units = asked.units
+        self._quiet, self._units = asked.output == "-", asked.units
+        self._label = asked.outputs.label
         self._black = np.zeros((film.height, film.width, 3), np.uint8)
         self._moments: dict[int, Moment] = {}
         self._states = Counter[Status]()
@@ -124,7 +124,7 @@ class KeyframeRun(Tally):
     def _write(self, track: Track, outputs: list[Sink]) -> None:
         """Write the row of a track; its frame is black until it is drawn."""
         frame = Frame(track.frame, track.time, self._black)
-        moment = Moment(frame, [track], StepInfo(track))
+        moment = Moment(frame, [track], StepInfo(track)).labeled(self._label)
         for output in outputs:
             output.write(moment)
         self._moments[track.frame] = moment

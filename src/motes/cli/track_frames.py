@@ -8,7 +8,7 @@ from collections.abc import Callable, Generator, Iterable, Sequence
 from functools import partial
 from pathlib import Path
 
-from motes.cli.annotated_video import Paint, painted_scene, painted_target
+from motes.cli.annotated_video import Painter, ScenePainter, TargetPainter
 from motes.cli.app import part
 from motes.cli.frame_loop import Moment, Tally, run
 from motes.cli.input_checks import check_several, format_of, point_out_corners
@@ -40,7 +40,7 @@ def track_one(
     """Track one object, with the figures of the papers in a folder; return the exit code."""
     chooses = isinstance(tracker.config, ParticleFilter) and tracker.config.budget is not None
     moments, tally = partial(follow, tracker, begin), TargetTally(budget=chooses)
-    return _tracked(asked, moments, painted_target(metres=asked.units is not None), tally, figures)
+    return _tracked(asked, moments, TargetPainter(metres=asked.units is not None), tally, figures)
 
 
 def track_several(asked: Request[TrackerConfig], regions: Sequence[Sequence[float]]) -> int:
@@ -48,13 +48,13 @@ def track_several(asked: Request[TrackerConfig], regions: Sequence[Sequence[floa
     if asked.output is not None:
         check_several(asked.output, asked.outputs.format)
     moments = partial(_follow_several, Trackers(asked.config, asked.seed), regions)
-    return _tracked(asked, moments, painted_scene(Regions()), ObjectsTally(len(regions)))
+    return _tracked(asked, moments, ScenePainter(Regions()), ObjectsTally(len(regions)))
 
 
 def _tracked(
     asked: Request[TrackerConfig],
     moments: Callable[..., Generator[Moment, None, None]],
-    paint: Paint,
+    painter: Painter,
     tally: Tally,
     figures: Path | None = None,
 ) -> int:
@@ -73,14 +73,17 @@ def _tracked(
         check_size(units, film.name, film.width, film.height)
         say_rate(film)
         say_alone(film)
-        opened = asked.pictures(film, paint)
+        opened = asked.pictures(film, painter)
         if figures is not None:
             drawn = part("figures", "--figures", "lab")
             opened.append(drawn(figures, asked.config, overwrite=asked.overwrite))
         opened += asked.rows_and_history(film)
         motion = None if units is None else GroundMotion(units)
         quiet = output == "-" and sys.stdout.isatty()
-        return run(film, opened, partial(moments, motion=motion), tally, quiet=quiet)
+        return run(
+            film, opened, partial(moments, motion=motion), tally, label=asked.outputs.label,
+            quiet=quiet,
+        )  # fmt: skip
 
 
 def follow(

@@ -102,7 +102,7 @@ def watch(
 
     from msgspec.structs import replace
 
-    from motes.cli.annotated_video import painted_scene
+    from motes.cli.annotated_video import ScenePainter
     from motes.cli.outputs import EventsOutput, Request
     from motes.cli.pictures import Heatmap, Paths, Slits
     from motes.cli.watch_loop import watch_scene
@@ -132,7 +132,7 @@ def watch(
         if objects.like is not None:
             region = numbers_of("--like", objects.like, "x,y,width,height")
             point_out_corners(region, film.width, film.height)
-        opened = asked.pictures(film, painted_scene(where))
+        opened = asked.pictures(film, ScenePainter(where))
         opened += [EventsOutput(name, outputs.overwrite) for name in events]
         opened += sending
         if outputs.slit is not None:
@@ -142,7 +142,9 @@ def watch(
         if outputs.paths is not None:
             opened.append(Paths(outputs.paths, overwrite=outputs.overwrite))
         opened += asked.rows_and_history(film)
-        return watch_scene(film, scene, counter, opened, asked.units, turns=counting.turns)
+        return watch_scene(
+            film, scene, counter, opened, asked.units, label=outputs.label, turns=counting.turns
+        )
 
 
 def _checked_names(source: str, outputs: WatchOutputs) -> tuple[str | None, list[str], list[str]]:

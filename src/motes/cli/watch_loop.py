@@ -27,6 +27,7 @@ def watch_scene(
     outputs: Sequence[Sink],
     units: RealUnits | None,
     *,
+    label: str | None,
     turns: bool,
 ) -> int:
     """Track the objects of the film, write the outputs and print a summary, with a table of turns.
@@ -39,7 +40,7 @@ def watch_scene(
         with contextlib.closing(scene.watch(pictures, ahead=not film.live)) as watched:
             yield from counted_moments(watched, counter, motion)
 
-    return run(film, outputs, moments, SceneTally(scene, counter, turns=turns))
+    return run(film, outputs, moments, SceneTally(scene, counter, turns=turns), label=label)
 
 
 def counted_moments(

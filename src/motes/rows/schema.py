@@ -136,13 +136,6 @@ class FrameRow(msgspec.Struct, frozen=True, eq=False):
     file: str | None = None
     searched: tuple[int, ...] = ()
 
-    def labeled(self, label: str | None) -> Self:
-        """Return the frame in which objects without a class have this one, if it is given."""
-        if label is None:
-            return self
-        named = (replace(each, label=each.label or label) for each in self.objects)
-        return replace(self, objects=tuple(named))
-
     def values(self, each: Track, names: Sequence[str] = ()) -> list[Any]:
         """Return the fields of an object's row: those of `COLUMNS`, and of further ones by name.
 

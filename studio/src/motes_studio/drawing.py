@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 from msgspec.structs import replace
 
-from motes import Regions, Status, Track, VideoWriter
+from motes import Regions, Status, StepInfo, Track, VideoWriter
+from motes.cli import Moment, ScenePainter, TargetPainter
 from motes.core import FRAME_INTERVAL
-from motes.output import ScenePainter, TargetPainter
 from motes_studio.tables import Table, tracks
 from motes_studio.workplace import Workplace
 
@@ -26,12 +26,12 @@ def annotated(place: Workplace, tables: Mapping[int, Table], path: str) -> bytes
         for track in shown:
             if track.status is not Status.ABSENT or len(found) == 1:
                 by_frame.setdefault(track.frame, []).append(replace(track, identity=number))
-    scene, target = ScenePainter(Regions()), TargetPainter()
+    painter = ScenePainter(Regions()) if len(found) > 1 else TargetPainter()
     with VideoWriter(path, film.fps or 1 / FRAME_INTERVAL) as writer:
         for frame in film.forward(first, last):
             here = by_frame.get(frame.index, [])
-            several = len(found) > 1
-            drawn = scene.painted(frame, here) if several else target.painted(frame, here[0])
+            info = StepInfo(here[0]) if here else None
+            drawn = painter.painted(Moment(frame, here, info))
             writer.write(drawn, frame.time - film.times[first])
             place.check()
     return b""

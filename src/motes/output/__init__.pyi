@@ -1,3 +1,0 @@
-"""The public names of this package."""
-
-from .painters import ScenePainter as ScenePainter, TargetPainter as TargetPainter
