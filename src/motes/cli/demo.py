@@ -30,8 +30,9 @@ from motes.core import interrupts
 from motes.core.errors import ConfigError, FormatError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse, iou
+from motes.core.platforms import blocked_signals
 from motes.core.resources import environment, thread_limits
-from motes.core.worker import Alive, Done, Worker, blocked_signals
+from motes.core.worker import Alive, Done, Worker
 
 if TYPE_CHECKING:
     from motes.synthetic.clips import Truth

@@ -22,6 +22,7 @@ from .geometry import (
     region_within as region_within,
 )
 from .labels import check_label as check_label, guarded as guarded
+from .platforms import blocked_signals as blocked_signals
 from .types import Floats as Floats, Singles as Singles
 from .worker import (
     Answer as Answer,
@@ -30,5 +31,4 @@ from .worker import (
     Part as Part,
     Worker as Worker,
     WorkerLine as WorkerLine,
-    blocked_signals as blocked_signals,
 )

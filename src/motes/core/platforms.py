@@ -6,8 +6,10 @@ import contextlib
 import os
 import signal
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import BinaryIO
+
+from motes.core.interrupts import SIGNALS
 
 if sys.platform == "win32":
     import ctypes
@@ -15,7 +17,7 @@ if sys.platform == "win32":
     import subprocess
 
     @contextlib.contextmanager
-    def blocked_signals(numbers: Sequence[int]) -> Iterator[None]:
+    def blocked_signals() -> Iterator[None]:
         """Ignore Ctrl-C; a process that is started meanwhile never receives it."""
         ctypes.windll.kernel32.SetConsoleCtrlHandler(None, True)
         try:
@@ -44,14 +46,14 @@ else:
     import resource
 
     @contextlib.contextmanager
-    def blocked_signals(numbers: Sequence[int]) -> Iterator[None]:
-        """Block signals; a process that is started meanwhile never receives them."""
+    def blocked_signals() -> Iterator[None]:
+        """Block signals that ask to end; a process started meanwhile never receives them."""
         from multiprocessing import resource_tracker  # slow to import, and seldom needed
 
-        mask = signal.pthread_sigmask(signal.SIG_BLOCK, numbers)
+        mask = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
         try:
             resource_tracker.ensure_running()  # every process starts it, and it unblocks signals
-            signal.pthread_sigmask(signal.SIG_BLOCK, numbers)
+            signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
             yield
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, mask)

@@ -25,7 +25,6 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable
-from contextlib import AbstractContextManager
 from multiprocessing.connection import Connection
 from multiprocessing.context import BaseContext
 from pathlib import Path
@@ -35,7 +34,6 @@ import msgspec
 
 from motes.core import platforms
 from motes.core.callables import explain
-from motes.core.interrupts import SIGNALS
 
 KILLED_FIRST = "1000"
 """Score for the kernel: where memory is short, a worker dies, not the program above it."""
@@ -96,7 +94,7 @@ class Worker:
     ) -> None:
         made: Any = context or multiprocessing.get_context("spawn")
         self._scratch = os.path.join(tempfile.gettempdir(), f"motes-{secrets.token_hex(8)}")
-        with blocked_signals():
+        with platforms.blocked_signals():
             self.pipe, theirs = made.Pipe()
             given = theirs, self._scratch, line or WorkerLine, function or do_tasks, arguments
             self._process = made.Process(target=_run, args=given)
@@ -250,11 +248,6 @@ def _give_back() -> None:
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None) if os.name == "posix" else None
     if trim is not None:
         trim(0)
-
-
-def blocked_signals() -> AbstractContextManager[None]:
-    """Block signals that ask to end; a process that is started meanwhile never receives them."""
-    return platforms.blocked_signals(SIGNALS)
 
 
 def _run(
