@@ -24,7 +24,7 @@ from motes.core.track import Status, Track
 from motes.correction.keyframes import BOXES
 from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, placed
 from motes.formats.shapes import label_or_none
-from motes.formats.text import fields_of, number
+from motes.formats.text import at, fields_of, number
 from motes.formats.truth_regions import MAX_FRAME
 from motes.formats.visibility import shown, visible
 from motes.video.image_files import rate_in
@@ -222,7 +222,7 @@ def read_lines(path: Path, frames: int, kind: Kind, *, sized: bool = False) -> l
     for place, line in enumerate(lines_of(text), 1):
         if not line.strip():
             continue
-        try:
+        with at(f"{name}, line {place}"):
             fields = fields_of(line)
             count = count or len(fields)
             if len(fields) != count:
@@ -238,13 +238,9 @@ def read_lines(path: Path, frames: int, kind: Kind, *, sized: bool = False) -> l
                 raise ValueError(
                     f"{AREAS.get(kind, 'a box')} of {width:g}x{height:g} pixels has no area"
                 )
-        except ValueError as error:
-            raise FormatError(f"{name}, line {place}: {error}") from None
         lines.append(row)
-    try:
+    with at(name):
         check_ended(text)
-    except ValueError as error:
-        raise FormatError(f"{name}: {error}") from None
     return lines
 
 

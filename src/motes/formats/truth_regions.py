@@ -15,10 +15,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.errors import FormatError
 from motes.core.files import lines_of
 from motes.core.geometry import Box, Ellipse
-from motes.formats.text import any_number, fields_of
+from motes.formats.text import any_number, at, fields_of
 
 MAX_FRAME = 10_000_000
 """Largest frame index that is accepted; about four days of video."""
@@ -76,10 +75,8 @@ def read_regions(text: str, *, strict: bool = False) -> list[TruthRegion]:
     regions = []
     for number, line in enumerate(lines_of(text), 1):
         if line.strip():
-            try:
+            with at(f"line {number}"):
                 regions.append(_parse_row(line.strip(), strict))
-            except ValueError as error:
-                raise FormatError(f"line {number}: {error}") from None
     return regions
 
 
