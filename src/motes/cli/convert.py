@@ -123,12 +123,12 @@ def convert(
     target = output or target
     if rows is None or target is None:
         raise ConfigError("Two names are needed, as in motes convert rows.csv tracks.xml.")
-    check_keyframe_error(keyframe_error, str(target), to)
-    check_guesses(str(target), to, wanted=with_guesses)
+    form = format_of(str(target), to)
+    check_keyframe_error(keyframe_error, form)
+    check_guesses(form, wanted=with_guesses)
     check_not_source(str(rows), target)
     source = from_ or registry.recognized(rows)
-    form = format_of(str(target), to)
-    check_label(None if label == LABEL else label, str(target), to)
+    check_label(None if label == LABEL else label, form)
     known = History.beside(rows) if source in ("csv", "jsonl") else None
     point_out_unfinished(rows, known)
     facts = _facts(video, size, fps, frames, label, known)

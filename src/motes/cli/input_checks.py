@@ -10,14 +10,14 @@ import re
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from motes.cli.streams import log
 from motes.core import labels
 from motes.core.addresses import parts_of
 from motes.core.errors import ConfigError, FormatError
 from motes.core.files import check_writable, leftovers, same_file
-from motes.rows.schema import FORMS
+from motes.rows.schema import FORMS, journal_of
 
 if TYPE_CHECKING:
     from motes.cli.option_groups import OutputOptions
@@ -91,28 +91,37 @@ def error_context(where: Path | str) -> Iterator[None]:
         raise ConfigError(f"{where}: {error}") from None
 
 
-def checked_output(source: str, outputs: OutputOptions, others: Sequence[str | Path]) -> str | None:
-    """Return the file of the rows, or -, or None without rows, after a check of all outputs.
+class RowsGoal(NamedTuple):
+    """Where the rows of a run go."""
+
+    name: str
+    """A file, or - for standard output."""
+    form: str
+    """The name of its format."""
+
+
+def checked_output(
+    source: str, outputs: OutputOptions, others: Sequence[str | Path]
+) -> RowsGoal | None:
+    """Return where the rows go, or None without rows, after a check of all outputs.
 
     Rows without -o have a name of their own if nothing else is made. Raises a ConfigError if an
     output is the source or another output, or options contradict each other.
     """
-    from motes.rows.schema import journal_of
-
-    output = outputs.output
-    if output is None and not (outputs.overlay or others):
-        output = default_output(source)
-    check_label(outputs.label, output, outputs.format)
-    check_keyframe_error(outputs.keyframe_error, output, outputs.format)
-    check_guesses(output, outputs.format, wanted=outputs.with_guesses)
-    names = (output, outputs.overlay, *others)
-    files = [Path(name) for name in names if name is not None and name != "-"]
-    if output is not None:
-        form = outputs.format or usual_format(output)
-        files += [journal_of(output)] if form not in (None, *STREAMED) else []
+    name = outputs.output
+    if name is None and not (outputs.overlay or others):
+        name = default_output(source)
+    goal = None if name is None else RowsGoal(name, format_of(name, outputs.format))
+    form = goal and goal.form
+    check_label(outputs.label, form)
+    check_keyframe_error(outputs.keyframe_error, form)
+    check_guesses(form, wanted=outputs.with_guesses)
+    names = (name, outputs.overlay, *others)
+    files = [Path(each) for each in names if each is not None and each != "-"]
+    files += [journal_of(goal.name)] if goal is not None and goal.form not in STREAMED else []
     check_not_source(source, *files)
     point_out_leftovers(*files)
-    return output
+    return goal
 
 
 def format_of(name: str, form: str | None) -> str:
@@ -143,11 +152,10 @@ def usual_format(name: str) -> str | None:
         return None
 
 
-def check_several(name: str, form: str | None) -> None:
-    """Raise a ConfigError if an output's format holds one object, but there may be several."""
+def check_several(form: str) -> None:
+    """Raise a ConfigError if a format holds one object, but there may be several."""
     from motes.formats.registry import FORMATS
 
-    form = format_of(name, form)
     if FORMATS.resolve(form).single:
         raise ConfigError(f"{form} holds one object, and there may be several; choose another.")
 
@@ -224,8 +232,8 @@ def point_out_unfinished(rows: Path, known: History | None) -> None:
         log(f"the run of {rows} was killed, or still goes on: what comes after them is missing.")
 
 
-def check_label(label: str | None, output: str | None, form: str | None) -> None:
-    """Check the class of the objects in an output.
+def check_label(label: str | None, form: str | None) -> None:
+    """Check the class of the objects in an output of a format; None without an output.
 
     Raises a ConfigError if the name is empty or unprintable, or the format has no such class.
     """
@@ -239,32 +247,31 @@ def check_label(label: str | None, output: str | None, form: str | None) -> None
         labels.check_label(label)
     except ConfigError as error:
         raise ConfigError(f"--label: {error}.") from None
-    form = None if output is None else format_of(output, form)
     if form is not None and CLASSES not in FORMATS.resolve(form).holds:
         raise ConfigError(f"--label: {form} holds no classes; omit it.")
     if form in ("mot", "mot-truth") and label.lower() not in (*mot.CLASSES, *mot.SYNONYMS):
         raise ConfigError(f"--label: {form} has no class {label}; it has {', '.join(mot.CLASSES)}.")
 
 
-def check_keyframe_error(error: float | None, output: str | None, form: str | None) -> None:
-    """Raise a ConfigError unless --keyframe-error is pixels, for an output with keyframes."""
+def check_keyframe_error(error: float | None, form: str | None) -> None:
+    """Raise a ConfigError unless --keyframe-error is pixels, for a format with keyframes."""
     from motes.formats.registry import FORMATS
 
     if error is None:
         return
     if not 0 <= error < math.inf:
         raise ConfigError(f"--keyframe-error is {error:g}; give a number of pixels, 0 or more.")
-    if output is None or not FORMATS.resolve(format_of(output, form)).thinned:
+    if form is None or not FORMATS.resolve(form).thinned:
         raise ConfigError(
             "--keyframe-error is for CVAT, Label Studio and keyframes; others have none: omit it."
         )
 
 
-def check_guesses(output: str | None, form: str | None, *, wanted: bool) -> None:
+def check_guesses(form: str | None, *, wanted: bool) -> None:
     """Raise a ConfigError if --with-guesses is given for a format that holds guesses anyway."""
     from motes.formats.registry import FORMATS
 
-    if wanted and (output is None or FORMATS.resolve(format_of(output, form)).guess is None):
+    if wanted and (form is None or FORMATS.resolve(form).guess is None):
         raise ConfigError(
             "--with-guesses is for documents that would mark or leave out guesses, as COCO, CVAT "
             "and YOLO; others have them anyway: omit it."

@@ -17,7 +17,7 @@ from msgspec.structs import replace
 
 from motes.cli.annotated_video import AnnotatedVideo, Painter
 from motes.cli.frame_loop import Moment, Sink
-from motes.cli.input_checks import STREAMED, check_place, format_of, usual_format
+from motes.cli.input_checks import STREAMED, RowsGoal, check_place, usual_format
 from motes.cli.option_groups import FrameOptions, OutputOptions
 from motes.cli.streams import log
 from motes.core import interrupts
@@ -285,10 +285,9 @@ class Request(Generic[Configuration]):
     source: str
     frames: FrameOptions
     """The film and its frames, as they are given."""
-    output: str | None
+    goal: RowsGoal | None
     outputs: OutputOptions
-    """The file of the rows, - for standard output, or None without rows; and all options of
-    outputs."""
+    """Where the rows go, None without rows; and all options of outputs."""
     config: Configuration
     seed: int
     preset: str
@@ -307,10 +306,10 @@ class Request(Generic[Configuration]):
     @property
     def rows_file(self) -> Path | None:
         """The file of rows beside which a history is written; none of streams and documents."""
-        output, form = self.output, self.outputs.format
-        if output is None or output == "-" or is_special(output):
+        goal = self.goal
+        if goal is None or goal.form not in STREAMED or goal.name == "-" or is_special(goal.name):
             return None
-        return Path(output) if format_of(output, form) in STREAMED else None
+        return Path(goal.name)
 
     def pictures(self, film: Source | Film, painter: Painter) -> list[Sink]:
         """Return the output --overlay."""
@@ -323,10 +322,9 @@ class Request(Generic[Configuration]):
 
         Raises a FormatError if a file exists and must not be overwritten, or cannot be made.
         """
-        name, options = self.output, self.outputs
-        if name is None:
+        if self.goal is None:
             return []
-        form = format_of(name, options.format)
+        (name, form), options = self.goal, self.outputs
         if form == "mot":
             return [MotOutput(name, options.overwrite)]
         if form not in STREAMED:

@@ -91,14 +91,14 @@ def track(
         raise ConfigError(
             "The target is missing. Give --at FRAME=x,y,width,height, or --init x,y,width,height."
         )
-    output = checked_output(source, outputs, [] if outputs.figures is None else [outputs.figures])
-    if outputs.resume and output is None:
+    goal = checked_output(source, outputs, [] if outputs.figures is None else [outputs.figures])
+    if outputs.resume and goal is None:
         raise ConfigError("--resume continues a file of rows; name it with -o.")
 
     from motes.cli.outputs import Request
 
     asked = Request(
-        source=source, frames=frames, output=output, outputs=outputs, config=config,
+        source=source, frames=frames, goal=goal, outputs=outputs, config=config,
         seed=values.seed, preset=preset, units=plane, resume=outputs.resume,
     )  # fmt: skip
     if begin is None:

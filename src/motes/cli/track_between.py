@@ -81,7 +81,7 @@ class KeyframeRun(Tally):
         self.interrupted: KeyboardInterrupt | None = None
         """The interrupt that ended the run, or None."""
         self._film, self._history, self._path = film, history, asked.rows_file
-        self._quiet, self._units = asked.output == "-", asked.units
+        self._quiet, self._units = asked.goal is not None and asked.goal.name == "-", asked.units
         self._label = asked.outputs.label
         self._black = np.zeros((film.height, film.width, 3), np.uint8)
         self._moments: dict[int, Moment] = {}

@@ -11,7 +11,7 @@ from pathlib import Path
 from motes.cli.annotated_video import Painter, ScenePainter, TargetPainter
 from motes.cli.app import part
 from motes.cli.frame_loop import Moment, Tally, run
-from motes.cli.input_checks import check_several, format_of, point_out_corners
+from motes.cli.input_checks import check_several, point_out_corners
 from motes.cli.option_groups import say_rate
 from motes.cli.outputs import Request
 from motes.cli.streams import log
@@ -45,8 +45,8 @@ def track_one(
 
 def track_several(asked: Request[TrackerConfig], regions: Sequence[Sequence[float]]) -> int:
     """Track the objects in regions of the first frame; their identities count from 1."""
-    if asked.output is not None:
-        check_several(asked.output, asked.outputs.format)
+    if asked.goal is not None:
+        check_several(asked.goal.form)
     moments = partial(_follow_several, Trackers(asked.config, asked.seed), regions)
     return _tracked(asked, moments, ScenePainter(Regions()), ObjectsTally(len(regions)))
 
@@ -63,10 +63,9 @@ def _tracked(
     `moments` takes the frames, and the `motion` that is measured, or None.
     Raises a ConfigError if an option makes no sense with the source or the output.
     """
-    output, units = asked.output, asked.units
-    form = None if output is None else format_of(output, asked.outputs.format)
-    if asked.resume and form not in FORMS.values():
-        raise ConfigError(f"--resume continues rows; {output} holds none, make it anew.")
+    goal, units = asked.goal, asked.units
+    if asked.resume and goal is not None and goal.form not in FORMS.values():
+        raise ConfigError(f"--resume continues rows; {goal.name} holds none, make it anew.")
     with asked.frames.open(asked.source) as film:
         if asked.resume and film.live:
             raise ConfigError(f"{film.name} is live and cannot be read again; omit --resume.")
@@ -79,7 +78,7 @@ def _tracked(
             opened.append(drawn(figures, asked.config, overwrite=asked.overwrite))
         opened += asked.rows_and_history(film)
         motion = None if units is None else GroundMotion(units)
-        quiet = output == "-" and sys.stdout.isatty()
+        quiet = goal is not None and goal.name == "-" and sys.stdout.isatty()
         return run(
             film, opened, partial(moments, motion=motion), tally, label=asked.outputs.label,
             quiet=quiet,

@@ -28,6 +28,7 @@ from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
     from motes.cli.frame_loop import Sink
+    from motes.cli.input_checks import RowsGoal
     from motes.core.detection import Detector, DetectorConfig
     from motes.mot.scene_config import WatchConfig
 
@@ -98,7 +99,7 @@ def watch(
         return DONE
     if source is None:
         raise ConfigError("There is no source; name a video, as in motes watch street.mp4.")
-    rows, events, addresses = _checked_names(source, outputs)
+    goal, events, addresses = _checked_names(source, outputs)
 
     from msgspec.structs import replace
 
@@ -117,7 +118,7 @@ def watch(
             part("senders", "--events ADDRESS")(addresses, outputs.queue_file, source, where)
         )
     asked = Request(
-        source=source, frames=frames, output=rows, outputs=outputs, config=config,
+        source=source, frames=frames, goal=goal, outputs=outputs, config=config,
         seed=values.seed, preset=preset, places=replace(where, ground=None),
         units=None if where.ground is None else RealUnits(where.ground),
     )  # fmt: skip
@@ -147,7 +148,9 @@ def watch(
         )
 
 
-def _checked_names(source: str, outputs: WatchOutputs) -> tuple[str | None, list[str], list[str]]:
+def _checked_names(
+    source: str, outputs: WatchOutputs
+) -> tuple[RowsGoal | None, list[str], list[str]]:
     """Return where a run writes its rows and events, checked, and where it sends events.
 
     The rows have a name of their own if nothing else has.
@@ -157,10 +160,10 @@ def _checked_names(source: str, outputs: WatchOutputs) -> tuple[str | None, list
         raise ConfigError("Rows and events would mix on standard output; give one of them a file.")
     pictures = [path for path in (outputs.slit, outputs.heatmap, outputs.paths) if path is not None]
     queues = [outputs.queue_file] if sent else []
-    output = checked_output(source, outputs, [*written, *pictures, *queues])
-    if output is not None:
-        check_several(output, outputs.format)
-    return output, written, sent
+    goal = checked_output(source, outputs, [*written, *pictures, *queues])
+    if goal is not None:
+        check_several(goal.form)
+    return goal, written, sent
 
 
 def _detector(objects: ObjectOptions, config: WatchConfig, end: int | None) -> Detector:
