@@ -13,7 +13,7 @@ import pytest
 
 from clips import write_film
 from commands import read_csv
-from motes.cli.demo import FILES, PAGE, STORIES, demo
+from motes.cli.demo import FILES, PAGE, STORIES, demo, films
 from motes.core.errors import ConfigError, FormatError
 from motes.core.track import COLUMNS
 from motes.rows.schema import NUMBERS
@@ -46,7 +46,7 @@ def test_the_films_do_not_depend_on_the_number_of_cores(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("MOTES_THREADS", "1")
-    write_film(tmp_path / "street.mp4", islice(STORIES[1].film(0), FRAMES))
+    write_film(tmp_path / "street.mp4", islice(films()["street"](seed=0), FRAMES))
     assert (tmp_path / "street.mp4").read_bytes() == (folder / "street.mp4").read_bytes()
 
 
@@ -54,8 +54,7 @@ def test_the_films_do_not_depend_on_the_number_of_cores(
 @pytest.mark.parametrize("name", NAMES)
 def test_the_rows_are_complete_and_near_the_truth(folder: Path, name: str) -> None:
     found = read_csv(folder / f"{name}.csv")
-    (film,) = (story.film for story in STORIES if story.name == name)
-    truths = [objects[0].ellipse for _, objects in islice(film(0), FRAMES)]
+    truths = [objects[0].ellipse for _, objects in islice(films()[name](seed=0), FRAMES)]
     assert tuple(found[0]) == COLUMNS
     assert [int(row["frame"]) for row in found] == list(range(FRAMES))
     assert {row["status"] for row in found} == {"tracking"}

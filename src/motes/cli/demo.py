@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import contextlib
 import html
-import importlib
 import io
 import json
 import pickle
@@ -37,43 +36,36 @@ from motes.core.worker import Alive, Done, Worker
 if TYPE_CHECKING:
     from motes.synthetic.clips import Truth
 
-Films = Callable[[int], "Iterable[tuple[Frame, tuple[Truth, ...]]]"]
-
 ROAD = 130, 235
 """The rows between which the line of counting goes."""
 
 
 class Story(NamedTuple):
-    """A film of the demo."""
+    """A film of the demo, whose first object is followed."""
 
     name: str
     """The first part of the names of its files."""
     title: str
     """What happens."""
-    film: Films
-    """Renders it, given a seed; the first object is followed."""
     line: int | None = None
     """x of an upright line at which objects are counted; None for none."""
 
 
-def _film(name: str, *size: tuple[int, int]) -> Films:
-    """Return a film of `motes.synthetic`."""
-    return lambda seed: getattr(importlib.import_module("motes.synthetic"), name)(*size, seed=seed)
-
-
 STORIES = (
-    Story(
-        "beetle",
-        "An animal hides behind a stem, turns, grows, leaps and leaves",
-        _film("demo", (480, 360)),
-    ),
-    Story("street", "A car passes behind a lorry, and cars are counted", _film("Street"), 150),
-    Story(
-        "player",
-        "A player runs among others who look alike, before a moving camera",
-        _film("Pitch"),
-    ),
+    Story("beetle", "An animal hides behind a stem, turns, grows, leaps and leaves"),
+    Story("street", "A car passes behind a lorry, and cars are counted", 150),
+    Story("player", "A player runs among others who look alike, before a moving camera"),
 )
+
+
+def films() -> dict[str, Callable[..., Iterable[tuple[Frame, tuple[Truth, ...]]]]]:
+    """Return what renders each film, given a seed, by its name."""
+    from motes import synthetic
+
+    street, player = synthetic.Street, synthetic.Pitch
+    return {"beetle": partial(synthetic.demo, (480, 360)), "street": street, "player": player}
+
+
 PAGE = "index.html"
 TRACKED = ".mp4", "-tracked.mp4", ".csv", ".csv.run.json"
 COUNTED = "-counted.mp4", "-objects.csv", "-objects.csv.run.json", "-events.jsonl"
@@ -160,7 +152,7 @@ def _in_processes(play: Callable[[Story], Played]) -> Iterator[Played]:
         for story in STORIES:
             with environment(thread_limits()):
                 workers.append(Worker())
-            workers[-1].give(partial(_packed, play=play, name=story.name))
+            workers[-1].give(partial(_packed, play, story))
         for story, worker in zip(STORIES, workers, strict=True):
             while isinstance(answer := worker.receive(), Alive):
                 pass
@@ -174,9 +166,9 @@ def _in_processes(play: Callable[[Story], Played]) -> Iterator[Played]:
                 worker.end()
 
 
-def _packed(_: object, play: Callable[[Story], Played], name: str) -> bytes:
+def _packed(play: Callable[[Story], Played], story: Story, _: object) -> bytes:
     """Make a film in a worker."""
-    return pickle.dumps(play(next(story for story in STORIES if story.name == name)))
+    return pickle.dumps(play(story))
 
 
 def _played(story: Story, *, seed: int, frames: int | None, folder: Path) -> Played:
@@ -187,7 +179,7 @@ def _played(story: Story, *, seed: int, frames: int | None, folder: Path) -> Pla
     film, rows = folder / f"{story.name}.mp4", folder / f"{story.name}.csv"
     shown = []
     with VideoWriter(film, 1 / FRAME_INTERVAL) as writer:
-        for frame, objects in islice(story.film(seed), frames):
+        for frame, objects in islice(films()[story.name](seed=seed), frames):
             writer.write(frame.pixels)
             shown.append(objects)
     truths = [objects[0] for objects in shown]
