@@ -34,7 +34,7 @@ from motes.cli.option_groups import (
 )
 from motes.cli.streams import log
 from motes.cli.track_units import UnitOptions, check_size
-from motes.core.errors import ConfigError, SourceError, counted
+from motes.core.errors import ConfigError, counted
 from motes.core.files import writing
 
 if TYPE_CHECKING:
@@ -46,8 +46,6 @@ if TYPE_CHECKING:
 app = App(name="convert", help_format="plaintext")
 FILM = Group("Film (what the file does not contain)", sort_key=3)
 FORMS = Group("Formats", sort_key=1)
-LATE = 1.0
-"""Seconds after the film's last frame at which no row of it is."""
 SAID = 5
 """Kinds of things left out that are named; the others are counted."""
 
@@ -132,7 +130,8 @@ def convert(
     known = History.beside(rows) if source in ("csv", "jsonl") else None
     point_out_unfinished(rows, known)
     facts = _facts(video, size, fps, frames, label, known)
-    recorded = _checked(registry.read(rows, source, facts), rows, facts, fps)
+    recorded = registry.read(rows, source, facts)
+    _check_times(recorded, rows, facts, fps)
     if identity is not None:
         recorded = _only(recorded, identity, rows)
         known = known and known.of(identity)
@@ -274,40 +273,14 @@ def _sides(size: str | None) -> tuple[int, int]:
     return int(width), int(height)
 
 
-def _checked(recorded: Recording, rows: Path, facts: FilmFacts, fps: float | None) -> Recording:
-    """Return the objects with the size of the film, checked against it and against --fps.
-
-    Raises a ConfigError if --fps is given, and the objects have other times of their own; and a
-    SourceError if the objects are of another film, by its size, its number of frames or its length.
-    """
+def _check_times(recorded: Recording, rows: Path, facts: FilmFacts, fps: float | None) -> None:
+    """Raise a ConfigError if --fps is given, and the objects have other times of their own."""
     later = [row for row in recorded if row.frame]
     if fps and later and all(abs(row.time - facts.time(row.frame)) > 1e-6 for row in later):
         raise ConfigError(
             f"--fps is {fps:g}, and {rows} has times of its own, in seconds; omit it, or remove "
             f"these times from a copy."
         )
-    head = recorded.head
-    if facts.width and head.width and (head.width, head.height) != (facts.width, facts.height):
-        raise SourceError(
-            f"{rows} is of a film of {head.width}x{head.height} pixels, not of {facts.width}x"
-            f"{facts.height}; give the film that it belongs to."
-        )
-    last = max((row.frame for row in recorded if row.objects), default=0)
-    if facts.frames is not None and last >= facts.frames:
-        raise SourceError(
-            f"{rows} has objects in frame {last}, but the film has {facts.frames} frames; give the "
-            f"film that it belongs to."
-        )
-    last_time = max((row.time for row in recorded), default=0.0)
-    if facts.end is not None and last_time > facts.end + LATE:
-        raise SourceError(
-            f"{rows} has times up to {last_time:g}, in seconds, but the film's last frame is at "
-            f"{facts.end:g}; correct them, or give the film that they belong to."
-        )
-    if facts.width and not head.width:
-        head = replace(head, width=facts.width, height=facts.height)
-        return dataclasses.replace(recorded, head=head)
-    return recorded
 
 
 def _measured(recorded: Recording, plane: RealUnits, form: str) -> Recording:

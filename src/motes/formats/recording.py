@@ -16,9 +16,10 @@ from motes.core.frame import FRAME_INTERVAL
 from motes.core.geometry import FARTHEST, Box, Ellipse
 from motes.core.labels import check_label
 from motes.core.track import Status, Track
-from motes.formats.truth_regions import MAX_FRAME
 from motes.rows.schema import FrameRow, Header, text_name
 
+MAX_FRAME = 10_000_000
+"""Largest frame index that is accepted; about four days of video."""
 MOST_FRAMES = 1_000_000
 """Frames in a row that a file may leave out at most; more than nine hours of film."""
 LABEL = "object"
@@ -127,7 +128,7 @@ class Recording:
         if not facts.fps:
             facts = replace(facts, fps=rate_of(known))
         seconds = known | _between(known, [frame for frame in frames if frame not in known], facts)
-        width, height = size or (facts.width, facts.height)
+        width, height = size if size is not None and all(size) else (facts.width, facts.height)
         return cls(
             Header(facts.source, width, height, facts.label),
             [

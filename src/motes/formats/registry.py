@@ -166,6 +166,8 @@ FORMATS = Registry[Format]("format", "motes.formats", Format, OWN, values=True)
 
 NAMED = ("otb", "vot", "mot-truth", "mot-detections")
 """Formats of numbers alone, which the ending of a name tells apart."""
+LATE = 1.0
+"""Seconds after the film's last frame at which no row of it is."""
 SNIFFED = 1 << 16
 """Bytes of a file in which its format is looked for."""
 _RESULT = re.compile(r'"(image|video)_id"\s*:')
@@ -368,7 +370,7 @@ def read(path: Path, name: str, facts: FilmFacts) -> Recording:
     """Return the objects in a file of a format.
 
     Raises a ConfigError if the format cannot be read, or needs the size of the picture; and a
-    SourceError if the file cannot be read, or is none of this format.
+    SourceError if the file cannot be read, or is none of this format, or of another film.
     """
     form = FORMATS.resolve(name)
     if form.read is None:
@@ -393,6 +395,7 @@ def read(path: Path, name: str, facts: FilmFacts) -> Recording:
         raise SourceError(
             f"{path} is damaged, or not of the format {name}: {error}; {ADVICE}"
         ) from None
+    _check_film(path, recorded, facts)
     boxes = [each.box for row in recorded for each in row.objects if each.placed]
     if boxes and all(max(box) <= 1 for box in boxes):
         raise SourceError(
@@ -407,6 +410,28 @@ def read(path: Path, name: str, facts: FilmFacts) -> Recording:
         )
         return replace(recorded, notes=[*recorded.notes, note])
     return recorded
+
+
+def _check_film(path: Path, recorded: Recording, facts: FilmFacts) -> None:
+    """Raise a SourceError if objects are of another film, by its size, its frames or its length."""
+    head = recorded.head
+    if facts.width and (head.width, head.height) != (facts.width, facts.height):
+        raise SourceError(
+            f"{path} is of a film of {head.width}x{head.height} pixels, not of {facts.width}x"
+            f"{facts.height}; give the film that it belongs to."
+        )
+    last = max((row.frame for row in recorded if row.objects), default=0)
+    if facts.frames is not None and last >= facts.frames:
+        raise SourceError(
+            f"{path} has objects in frame {last}, but the film has {facts.frames} frames; give the "
+            f"film that it belongs to."
+        )
+    last_time = max((row.time for row in recorded), default=0.0)
+    if facts.end is not None and last_time > facts.end + LATE:
+        raise SourceError(
+            f"{path} has times up to {last_time:g}, in seconds, but the film's last frame is at "
+            f"{facts.end:g}; correct them, or give the film that they belong to."
+        )
 
 
 def _check_not_empty(path: Path) -> None:

@@ -136,11 +136,6 @@ def recording(
             f"{name} has frame {rows[-1].frame}, but {film.name} has {film.frames} frames; open "
             f"the film that it belongs to."
         )
-    head = recorded.head
-    if head.width and (head.width, head.height) != (film.width, film.height):
-        raise FormatError(
-            f"{name} is of a film of {head.width}x{head.height} pixels; open that film."
-        )
     return recorded, form
 
 
