@@ -2,12 +2,17 @@
 
 from . import parquet as parquet, registry as registry
 from .mot import read_boxes as read_boxes
-from .recording import LABEL as LABEL, FilmFacts as FilmFacts, Recording as Recording
-from .registry import Format as Format
-from .truth import absences as absences, kind_of as kind_of
-from .truth_regions import (
-    ABSENT as ABSENT,
+from .recording import (
+    LABEL as LABEL,
     MAX_FRAME as MAX_FRAME,
+    FilmFacts as FilmFacts,
+    Recording as Recording,
+)
+from .registry import Format as Format
+from .truth import (
+    ABSENT as ABSENT,
     TruthRegion as TruthRegion,
+    absences as absences,
+    kind_of as kind_of,
     read_regions as read_regions,
 )

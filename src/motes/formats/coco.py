@@ -25,6 +25,7 @@ from motes.formats import masks, shapes
 from motes.formats.image_names import NO_IMAGE, OF_VIDEO, check_one_film, frame_of, images_of
 from motes.formats.recording import (
     ANONYMOUS,
+    MAX_FRAME,
     FilmFacts,
     Recording,
     are_samples,
@@ -34,7 +35,7 @@ from motes.formats.recording import (
     stride_of,
 )
 from motes.formats.text import angle, at, read_json, unread
-from motes.formats.truth_regions import MAX_FRAME, region_of_corners
+from motes.formats.truth import region_of_corners
 from motes.rows.schema import FrameRow, Header, text_name
 
 ROUNDING = 0.05

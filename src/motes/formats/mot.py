@@ -22,10 +22,9 @@ from motes.core.files import check_ended, lines_of, read_text
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.correction.keyframes import BOXES
-from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, placed
+from motes.formats.recording import ANONYMOUS, MAX_FRAME, FilmFacts, Recording, placed
 from motes.formats.shapes import label_or_none
 from motes.formats.text import at, fields_of, number
-from motes.formats.truth_regions import MAX_FRAME
 from motes.formats.visibility import shown, visible
 from motes.video.image_files import rate_in
 

@@ -12,7 +12,7 @@ truth:
 
 The first of these in a folder is used. Numbered files of OTB hold one target each and make the
 sequences NAME-1 …; in GOT-10k, `absence.label` has a 1 for each frame without the target, in LaSOT
-`full_occlusion.txt` or `out_of_view.txt`. `motes.formats.truth_regions` describes the text files.
+`full_occlusion.txt` or `out_of_view.txt`. `motes.formats.truth` describes the text files.
 
 The first pixel is the number of the first row and column in the truth: 1 in OTB (Wu, Lim and Yang,
 CVPR 2013) and in GOT-10k (according to its authors), while VOT's toolkit uses its regions as
