@@ -128,7 +128,7 @@ class Recording:
         if not facts.fps:
             facts = replace(facts, fps=rate_of(known))
         seconds = known | _between(known, [frame for frame in frames if frame not in known], facts)
-        width, height = size if size is not None and all(size) else (facts.width, facts.height)
+        width, height = size or (facts.width, facts.height)
         return cls(
             Header(facts.source, width, height, facts.label),
             [

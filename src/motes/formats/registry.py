@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import msgspec
+from msgspec import structs
 
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.files import write_folder, write_whole
@@ -396,6 +397,9 @@ def read(path: Path, name: str, facts: FilmFacts) -> Recording:
             f"{path} is damaged, or not of the format {name}: {error}; {ADVICE}"
         ) from None
     _check_film(path, recorded, facts)
+    if not recorded.head.width:
+        size = {"width": facts.width, "height": facts.height}
+        recorded = replace(recorded, head=structs.replace(recorded.head, **size))
     boxes = [each.box for row in recorded for each in row.objects if each.placed]
     if boxes and all(max(box) <= 1 for box in boxes):
         raise SourceError(
@@ -415,7 +419,7 @@ def read(path: Path, name: str, facts: FilmFacts) -> Recording:
 def _check_film(path: Path, recorded: Recording, facts: FilmFacts) -> None:
     """Raise a SourceError if objects are of another film, by its size, its frames or its length."""
     head = recorded.head
-    if facts.width and (head.width, head.height) != (facts.width, facts.height):
+    if facts.width and head.width and (head.width, head.height) != (facts.width, facts.height):
         raise SourceError(
             f"{path} is of a film of {head.width}x{head.height} pixels, not of {facts.width}x"
             f"{facts.height}; give the film that it belongs to."
