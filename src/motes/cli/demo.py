@@ -30,8 +30,7 @@ from motes.core.errors import ConfigError, FormatError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse, iou
 from motes.core.platforms import blocked_signals
-from motes.core.resources import environment, thread_limits
-from motes.core.worker import Alive, Done, Worker
+from motes.core.worker import Alive, Done, Worker, environment, thread_limits
 
 if TYPE_CHECKING:
     from motes.synthetic.clips import Truth

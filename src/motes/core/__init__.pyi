@@ -1,6 +1,6 @@
 """The public names of this package."""
 
-from . import interrupts as interrupts, resources as resources
+from . import interrupts as interrupts
 from .addresses import parts_of as parts_of, without_password as without_password
 from .callables import explain as explain, import_callable as import_callable, optional as optional
 from .config import from_toml as from_toml
@@ -31,4 +31,6 @@ from .worker import (
     Part as Part,
     Worker as Worker,
     WorkerLine as WorkerLine,
+    environment as environment,
+    thread_limits as thread_limits,
 )

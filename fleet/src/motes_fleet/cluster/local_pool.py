@@ -11,7 +11,7 @@ from functools import partial
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
-from motes.core import Done, Failed, Worker, blocked_signals, resources
+from motes.core import Done, Failed, Worker, blocked_signals, environment, thread_limits
 from motes_fleet.cluster.pool import Ended, News, Started, Task, outcome, timed_out
 
 LONGEST_WAIT = 3600.0
@@ -38,7 +38,7 @@ class LocalPool:
 
     def __init__(self, workers: int, threads: int | None = None) -> None:
         self._workers = workers
-        self._variables = {} if threads is None else resources.thread_limits(threads)
+        self._variables = {} if threads is None else thread_limits(threads)
         self._idle: list[TaskWorker] = []
         self._busy: dict[Connection, TaskWorker] = {}
 
@@ -51,7 +51,7 @@ class LocalPool:
         if self._idle:
             worker = self._idle.pop()
         else:
-            with resources.environment(self._variables):
+            with environment(self._variables):
                 worker = TaskWorker()
         worker.task, worker.deadline = task, math.inf
         self._busy[worker.pipe] = worker

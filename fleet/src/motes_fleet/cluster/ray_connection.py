@@ -13,7 +13,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from motes import ConfigError
-from motes.core import optional, resources
+from motes.core import optional, thread_limits
 
 CURRENT = Path("/tmp/ray/ray_current_cluster")
 """The file in which `ray start` notes the address of the cluster on this machine."""
@@ -50,7 +50,7 @@ def connected(address: str, *, threads: int = 1) -> Iterator[Any]:
             log_to_driver=False,
             logging_level="ERROR",
             namespace="motes",
-            runtime_env={"env_vars": resources.thread_limits(threads)},
+            runtime_env={"env_vars": thread_limits(threads)},
         )
     except (OSError, RuntimeError, ValueError, SystemExit, ray.exceptions.RayError) as error:
         raise _unreachable(address, " ".join(str(error).split())) from None
