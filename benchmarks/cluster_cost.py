@@ -18,7 +18,7 @@ import tempfile
 from pathlib import Path
 
 from motes import synthetic
-from motes.core.resources import thread_limits
+from motes.core.worker import thread_limits
 from motes.video.sources import open_source
 from motes.video.writer import VideoWriter
 from motes_lab.report import markdown

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from motes.core.resources import thread_limits
+from motes.core.worker import thread_limits
 from motes.video.writer import VideoWriter
 from motes_lab.report import markdown
 from motes_lab.report.tables import Cell, Row, Table, number
