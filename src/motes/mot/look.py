@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import msgspec
@@ -100,6 +101,11 @@ def costs(seen: Sequence[Look], known: Sequence[Look | None]) -> Floats:
         [each.color for each in seen], [each.color for each in models]
     ) + EDGES_WEIGHT * _distances([each.edges for each in seen], [each.edges for each in models])
     return out
+
+
+def probability_of_one(cost: float) -> float:
+    """Return the probability that a cost is that of one object, not of two, one as likely."""
+    return 1 / (1 + math.exp(cost - UNKNOWN))
 
 
 def _distances(some: Sequence[Floats], others: Sequence[Floats]) -> Floats:

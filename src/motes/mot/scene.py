@@ -251,7 +251,7 @@ class Scene:
     @property
     def looks(self) -> dict[int, Look]:
         """How each object looked when it was last clear of others, if it ever was, by identity."""
-        found = {each.identity: each.seen or each.known for each in self._state.objects}
+        found = {each.identity: each.look for each in self._state.objects}
         return {identity: look for identity, look in found.items() if look is not None}
 
     def prepare(self, frames: Iterable[Frame | NDArray[Any]]) -> None:

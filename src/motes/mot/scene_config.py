@@ -62,15 +62,16 @@ class Occlusion(Config, frozen=True):
     """An object without a detection is occluded by another object that covers more than this share
     of it. With a larger value fewer are."""
     max_time_without_detection: NonNegative = 0.12
-    """Longest time without a detection, in seconds, in which an object is followed by its
-    appearance alone. After it the object counts as occluded."""
+    """Longest time without a detection, in seconds, in which an object is followed by its filter
+    alone, if it is not known yet how it looks. After it the object counts as occluded."""
 
 
 class Initiation(Config, frozen=True):
     """When detections start a new object."""
 
     min_hits: Count = 3
-    """Number of detections of a new object. A larger value gives fewer false objects, later."""
+    """Number of detections of a new object; one less if a score is above those that no other frame
+    confirms. A larger value gives fewer false objects, later."""
 
 
 class Termination(Config, frozen=True):

@@ -122,8 +122,9 @@ class TrackInitiation(msgspec.Struct, frozen=True):
             Least intersection over union of a detection with where it should be.
         config
             Detections with `min_hits` hits become objects, and are no candidates any more, if one
-            of these is sure enough. A detection with one of the lowest scores that confirms nothing
-            is no candidate.
+            of these is sure enough; one hit less will do if it is surer than those that nothing
+            confirms. A detection with one of the lowest scores that confirms nothing is no
+            candidate.
         """
         before = self.candidates
         boxes = as_rows(each.box for each in free)
@@ -137,9 +138,10 @@ class TrackInitiation(msgspec.Struct, frozen=True):
             hits, best = history.get(n, Tentative((), each.score))
             hits = (*hits, (time, each.box))[-config.min_hits :]
             so_far = Tentative(hits, max(best, each.score))
+            surer = so_far.best > self.least > -math.inf
             if each.score < lowest and n not in history:
                 over.append(so_far)
-            elif len(hits) == config.min_hits and so_far.best >= self.least:
+            elif len(hits) + surer >= config.min_hits and so_far.best >= self.least:
                 begun.append((each, so_far))
             else:
                 waiting.append(so_far)

@@ -156,6 +156,11 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False, dict=True):
         return self.state.frames_missed == 0 and self.track.status is Status.TRACKING
 
     @property
+    def look(self) -> Look | None:
+        """How it last looked when it was clear of others, also since it has met some."""
+        return self.seen or self.known
+
+    @property
     def public_track(self) -> Track:
         """Its track, with all that the scene tells of it."""
         dx, dy = self.velocity.tolist()
@@ -304,8 +309,16 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False, dict=True):
             occluded_by=occluder,
         )
 
+    def in_sight(self, frame: Frame, confidence: float) -> Self:
+        """Put it where it should be, visible: it is not detected, but looks like itself there."""
+        before = self.state if self.occluded else self.before_observation
+        there = replace(self, state=self._moved(before, self.predicted, self.predicted))
+        there = there.extrapolate(frame)
+        track = replace(there.track, status=Status.TRACKING, confidence=confidence)
+        return replace(there, track=track, occluded_by=None)
+
     def extrapolate(self, frame: Frame) -> Self:
-        """Put it where it should be in a frame in which it is occluded."""
+        """Put it where it should be in a frame in which it is not detected."""
         track = replace(self.track, frame=frame.index, time=frame.time, ellipse=self.predicted)
         return replace(self, track=track)
 

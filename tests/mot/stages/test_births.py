@@ -18,7 +18,7 @@ from motes.mot.tracked_object import TrackedObject
 from scene_objects import DT, RED, config, picture, visible
 
 PLACE = Box(40, 30, 20, 40)
-TWICE = replace(config(), initiation=Initiation(min_hits=2))
+TWICE, THRICE = (replace(config(), initiation=Initiation(min_hits=n)) for n in (2, 3))
 
 
 def test_a_candidate_that_is_confirmed_becomes_an_object() -> None:
@@ -118,9 +118,9 @@ def test_an_object_is_surer_than_what_nothing_confirms(score: float, begins: boo
     sure, found = [Detection(PLACE, 3.0)], [Detection(PLACE, score)]
     state = specks(TrackInitiation().with_scores(sure, []))
     for index in range(21, 24):
-        begun, state = initiate(0, 0, state, [], found, picture(index), TWICE)
-        assert bool(begun) == (begins and index % 2 == 0)
-    begun, state = initiate(0, 0, state, [], sure, picture(24), TWICE)
+        begun, state = initiate(0, 0, state, [], found, picture(index), THRICE)
+        assert bool(begun) == (begins and index == 22)  # one detection less is enough
+    begun, state = initiate(0, 0, state, [], sure, picture(24), THRICE)
     assert begun
 
 

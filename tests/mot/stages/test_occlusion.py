@@ -64,6 +64,33 @@ def test_scenery_occludes_what_fails_the_appearance_rule_or_is_too_long_undetect
     assert mark_occluded([each], picture(3), Occlusion()) == [each]  # 0.12 s
 
 
+@pytest.mark.parametrize("hidden", [False, True])
+@pytest.mark.parametrize(("color", "visible"), [(RED, True), (BLUE, False)])
+def test_who_looks_as_when_it_was_last_clear_is_visible_though_not_detected(
+    color: tuple[int, int, int], visible: bool, hidden: bool
+) -> None:
+    """The frame is long after its last detection, and its filter does not recognize it."""
+    moved = PLACE._replace(x=PLACE.x + 10)
+    frame = picture(30, (moved, color))
+    begin = (occluded if hidden else undetected)(1, picture(0, (PLACE, RED)), PLACE)
+    fast = replace(with_look(begin, RED), velocity=np.array([10 / DT, 0.0])).predict(DT)
+    fast = fast if hidden else fast.observe(frame, DT, learn=False)
+    (after,) = mark_occluded([fast], frame, Occlusion())
+    assert after.occluded is not visible
+    assert after.track.box == pytest.approx(moved)
+    assert (after.track.frame, after.track.time, after.detected) == (30, frame.time, False)
+    assert (after.track.confidence > 0.9) is visible
+    states = after.tracker.motion.ellipses(after.state.states)
+    assert states[:, 0].mean() == pytest.approx(after.track.ellipse.x, abs=3)
+
+
+def test_who_looks_like_itself_is_not_hidden_by_who_covers_it_and_one_frame_is_no_look() -> None:
+    front = seen(2, OVER).detect(OVER, FRAME.time)
+    for frames, status in ((5, Status.TRACKING), (4, Status.OCCLUDED)):
+        after = mark_occluded([with_look(seen(1, PLACE), RED, frames), front], FRAME, Occlusion())
+        assert statuses(after) == {1: status, 2: Status.TRACKING}
+
+
 def test_detected_objects_are_never_occluded_and_occluded_ones_occlude_nothing() -> None:
     both = [seen(1, PLACE).detect(PLACE, FRAME.time), seen(2, OVER).detect(OVER, FRAME.time)]
     assert mark_occluded(both, FRAME, Occlusion()) == both
