@@ -180,29 +180,20 @@ def impostors(
 ) -> NDArray[np.bool_]:
     """Return of which pairs the detection looks as if it were another object, (k,).
 
-    It is compared with how the object looked before it met others. Of what the edge of the picture
-    cuts, nothing is said. For the parameters, see `model_distances`.
-    """
-    unlike = look_costs([each.known for each in objects], frame, boxes, i, j) > UNKNOWN
-    return np.asarray(unlike & inside(boxes, frame)[j])
-
-
-def look_costs(
-    looks: Sequence[Look | None], frame: Frame, boxes: Floats, i: Integers, j: Integers
-) -> Floats:
-    """Return how unlikely regions are those of objects with some looks, (k,).
-
-    It is `UNKNOWN` for a look that is not known, or only from a few frames.
+    It is compared with how the object looked when it was last clear of others. Of one that was so
+    for a few frames at most, and of what the edge of the picture cuts, nothing is said.
 
     Parameters
     ----------
     boxes
-        (m, 4), the regions.
+        (m, 4), of the detections.
     i, j
-        (k,) each: indices of looks and of boxes.
+        (k,) each: indices of objects and of boxes.
     """
     some, models = np.unique(i, return_inverse=True)
     seen, places = np.unique(j, return_inverse=True)
     ellipses = [Ellipse(*row) for row in inscribed(boxes[seen]).tolist()]
-    known = [look if (look := looks[n]) and look.settled else None for n in some.tolist()]
-    return costs(Look.at(frame, ellipses), known)[places, models]
+    looks = (objects[n].known for n in some.tolist())
+    known = [look if look is not None and look.settled else None for look in looks]
+    unlikely = costs(Look.at(frame, ellipses), known)[places, models]
+    return np.asarray((unlikely > UNKNOWN) & inside(boxes, frame)[j])

@@ -309,16 +309,18 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False, dict=True):
             occluded_by=occluder,
         )
 
-    def in_sight(self, frame: Frame, confidence: float) -> Self:
-        """Put it where it should be, visible: it is not detected, but looks like itself there."""
+    def in_sight(self, frame: Frame, place: Ellipse, confidence: float) -> Self:
+        """Put it where it is seen, though it is not detected; its velocity stays."""
         before = self.state if self.occluded else self.before_observation
-        there = replace(self, state=self._moved(before, self.predicted, self.predicted))
-        there = there.extrapolate(frame)
-        track = replace(there.track, status=Status.TRACKING, confidence=confidence)
-        return replace(there, track=track, occluded_by=None)
+        track = replace(
+            self.track, frame=frame.index, time=frame.time, ellipse=place,
+            status=Status.TRACKING, confidence=confidence,
+        )  # fmt: skip
+        state = self._moved(before, self.predicted, place)
+        return replace(self, state=state, track=track, predicted=place, occluded_by=None)
 
     def extrapolate(self, frame: Frame) -> Self:
-        """Put it where it should be in a frame in which it is not detected."""
+        """Put it where it should be in a frame in which it is occluded."""
         track = replace(self.track, frame=frame.index, time=frame.time, ellipse=self.predicted)
         return replace(self, track=track)
 

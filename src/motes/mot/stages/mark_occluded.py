@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from motes.core.frame import Frame
-from motes.mot.association import look_costs
-from motes.mot.look import probability_of_one
+from motes.core.geometry import Ellipse
+from motes.mot.look import UNKNOWN, Look, costs, probability_of_one
 from motes.mot.overlaps import as_rows, grouped, intersection_over_first, occlusion_candidates
 from motes.mot.pairs import Integers
 from motes.mot.scene_config import Occlusion
 from motes.mot.tracked_object import TrackedObject
+
+STEP = 0.3
+"""How far beside where it should be an object is looked for, in its smaller half-axes."""
+STEPS = ((0, 0), (-1, 0), (1, 0), (0, -1), (0, 1))
+"""The place itself comes first."""
+ASIDE = 1.0
+"""Cost of a step: else it stays behind with the part of it that somebody does not cover yet."""
 
 
 def mark_occluded(
@@ -20,41 +25,57 @@ def mark_occluded(
 ) -> list[TrackedObject]:
     """Return the objects, those marked that are occluded, and these where they should be.
 
-    An undetected object is visible as long as it looks, where it should be, as it did when it was
-    last clear of others: detectors miss objects in plain sight. One of which no such look is known
-    is occluded by a visible object that covers it, if that is detected or is more similar to its
-    own model. Otherwise, it is occluded by scenery if it does not fulfill the appearance rule, or
-    if its last detection is too long ago.
+    An undetected object is visible as long as it looks, about where it should be, as it did when it
+    was last clear of others: detectors miss objects in plain sight. One of which no such look is
+    known is occluded by a visible object that covers it, if that is detected or is more similar to
+    its own model. Otherwise, it is occluded by scenery if it does not fulfill the appearance rule,
+    or if its last detection is too long ago.
     """
-    likeness = _likeness(objects, frame)
-    seen = {n for n, probability in likeness.items() if probability > 0.5}
-    after = [each.in_sight(frame, likeness[n]) if n in seen else each for n, each in enumerate(objects)]
+    found = _found(objects, frame)
+    after = [found.get(n) or each for n, each in enumerate(objects)]
     visible = [n for n, each in enumerate(after) if not each.occluded]
     covers = _covers([after[n] for n in visible], config.overlap)
     for i, n in enumerate(visible):
         each = after[n]
-        if each.detected or n in seen:
+        if each.detected or found.get(n):
             continue
         occluder = _occluder(each, [after[visible[j]] for j in covers.get(i, ())])
         overdue = frame.time - each.last_time > config.max_time_without_detection
-        if n in likeness or occluder is not None or not each.recognized or overdue:
+        if n in found or occluder is not None or not each.recognized or overdue:
             after[n] = each.occlude(occluder)
     return [each.extrapolate(frame) if each.occluded else each for each in after]
 
 
-def _likeness(objects: Sequence[TrackedObject], frame: Frame) -> dict[int, float]:
-    """Return the probability that what is where an object should be is the object, by its index.
+def _found(objects: Sequence[TrackedObject], frame: Frame) -> dict[int, TrackedObject | None]:
+    """Return the undetected objects of which it is known how they look, by their indices.
 
-    Only of undetected objects of which it is known how they look.
+    Each is where it looks most like itself, of where it should be and a step to each side; it is
+    None if it looks like another one there, too.
     """
     looks = {
         n: each.look
         for n, each in enumerate(objects)
         if not each.detected and each.look is not None and each.look.settled
     }
-    boxes, own = as_rows(objects[n].predicted.box for n in looks), np.arange(len(looks))
-    costs = look_costs([*looks.values()], frame, boxes, own, own)
-    return dict(zip(looks, map(probability_of_one, costs.tolist()), strict=True))
+    places = [(n, place) for n in looks for place in _about(objects[n].predicted)]
+    seen = Look.at(frame, [place for _, place in places])
+    best = dict[int, tuple[float, Ellipse]]()
+    for (n, place), look in zip(places, seen, strict=True):
+        cost = float(costs([look], [looks[n]])[0, 0])
+        if n in best:
+            cost += ASIDE
+        if n not in best or cost < best[n][0]:
+            best[n] = cost, place
+    return {
+        n: objects[n].in_sight(frame, place, probability_of_one(cost)) if cost < UNKNOWN else None
+        for n, (cost, place) in best.items()
+    }
+
+
+def _about(place: Ellipse) -> list[Ellipse]:
+    """Return a place, and those a step to each side of it."""
+    step = STEP * min(place.a, place.b)
+    return [place._replace(x=place.x + step * x, y=place.y + step * y) for x, y in STEPS]
 
 
 def _covers(visible: Sequence[TrackedObject], overlap: float) -> dict[int, Integers]:
