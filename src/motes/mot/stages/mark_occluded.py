@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import chain
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.mot.look import UNKNOWN, Look, costs, probability_of_one
+from motes.mot.look import Look, costs, probability_of_one
 from motes.mot.overlaps import as_rows, grouped, intersection_over_first, occlusion_candidates
 from motes.mot.pairs import Integers
 from motes.mot.scene_config import Occlusion
@@ -57,19 +58,18 @@ def _found(objects: Sequence[TrackedObject], frame: Frame) -> dict[int, TrackedO
         for n, each in enumerate(objects)
         if not each.detected and each.look is not None and each.look.settled
     }
-    places = [(n, place) for n in looks for place in _about(objects[n].predicted)]
-    seen = Look.at(frame, [place for _, place in places])
-    best = dict[int, tuple[float, Ellipse]]()
-    for (n, place), look in zip(places, seen, strict=True):
-        cost = float(costs([look], [looks[n]])[0, 0])
-        if n in best:
-            cost += ASIDE
-        if n not in best or cost < best[n][0]:
-            best[n] = cost, place
-    return {
-        n: objects[n].in_sight(frame, place, probability_of_one(cost)) if cost < UNKNOWN else None
-        for n, (cost, place) in best.items()
-    }
+    places = [_about(objects[n].predicted) for n in looks]
+    seen = Look.at(frame, [*chain.from_iterable(places)])
+    found = dict[int, TrackedObject | None]()
+    for (n, look), around, first in zip(
+        looks.items(), places, range(0, len(seen), len(STEPS)), strict=True
+    ):
+        unlikely = costs(seen[first : first + len(STEPS)], [look])[:, 0]
+        unlikely[1:] += ASIDE
+        best = int(unlikely.argmin())
+        place, is_it = around[best], probability_of_one(float(unlikely[best]))
+        found[n] = objects[n].in_sight(frame, place, is_it) if is_it > 0.5 else None
+    return found
 
 
 def _about(place: Ellipse) -> list[Ellipse]:
