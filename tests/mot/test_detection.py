@@ -220,6 +220,8 @@ def test_the_current_folder_comes_last(tmp_path: Path, monkeypatch: pytest.Monke
         ("my_finders:it", "is a int, which is not callable"),
         ("my_finders:none", "AttributeError"),
         ("no_such_module:none", "ModuleNotFoundError"),
+        ("my_finders.py:boxes", "without folders and .py"),
+        ("./my_finders:boxes", "without folders and .py"),
     ],
 )
 def test_what_is_no_detector_is_refused(name: str, words: str, module: str) -> None:

@@ -8,7 +8,7 @@ import shlex
 import sys
 from collections.abc import Callable
 from functools import reduce
-from typing import Any
+from typing import Any, cast
 
 from motes.core.errors import ConfigError, MissingDependencyError, MotesError
 
@@ -17,16 +17,17 @@ def import_callable(name: str) -> Callable[..., Any]:
     """Return the callable with a name `module:callable`, also from the current folder.
 
     That folder comes last: a file there cannot take the place of an installed module. Raises a
-    ConfigError if it is not callable. The import may raise other errors.
+    ConfigError if a file is named, or it is not callable. The import may raise other errors.
     """
+    module, _, path = name.partition(":")
+    if module.endswith(".py") or {"/", "\\"} & {*module}:
+        raise ConfigError("Name a module, without folders and .py, and run motes in its folder.")
     if os.getcwd() not in sys.path:
         sys.path.append(os.getcwd())
-    module, _, path = name.partition(":")
     found = reduce(getattr, path.split("."), importlib.import_module(module))
     if not callable(found):
         raise ConfigError(f"{path} of {module} is a {type(found).__name__}, which is not callable.")
-    made: Callable[..., Any] = found
-    return made
+    return cast("Callable[..., Any]", found)
 
 
 def explain(error: BaseException) -> str:
