@@ -167,6 +167,7 @@ def test_detections_in_a_file(tmp_path: Path) -> None:
         (range(1, 30, 5), 1, "=5"),
         (range(3, 30, 4), 1, "=4 --start 2"),
         (range(1, 30, 5), 5, None),  # as with detections.every=5
+        (range(1, 31), 4, None),  # those of frames that nobody asked for are not missed
         (range(1, 18, 5), 1, None),  # too few to tell
         ([1, 3, 5, 7, 9, 28], 1, None),
         ([7, 8], 1, None),

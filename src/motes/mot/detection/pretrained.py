@@ -155,7 +155,8 @@ class RecordedDetections:
                 f"{self._path} has no detections in the frames up to {self._last} that were used; "
                 f"its first ones are of frame {self._first}"
             ]
-        late = sum(len(found) for index, found in self._frames.items() if index > self._last)
+        end = self._last + max(1, self._apart)  # those of frames that are left out are not missed
+        late = sum(len(found) for index, found in self._frames.items() if index >= end)
         why = f"{self._unfit} out of the picture or unfit in size, {late} after frame {self._last}"
         unused, every = self._unfit + late, sum(map(len, self._frames.values()))
         text = f"{unused} of {every} detections of {self._path} were not used: {why}"
