@@ -251,8 +251,7 @@ class Scene:
     @property
     def looks(self) -> dict[int, Look]:
         """How each object looked when it was last clear of others, if it ever was, by identity."""
-        found = {each.identity: each.look for each in self._state.objects}
-        return {identity: look for identity, look in found.items() if look is not None}
+        return {each.identity: each.look for each in self._state.objects if each.look is not None}
 
     def prepare(self, frames: Iterable[Frame | NDArray[Any]]) -> None:
         """Let the detector see the begin of a film, before the first frame of the same film.

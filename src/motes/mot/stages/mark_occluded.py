@@ -34,13 +34,11 @@ def mark_occluded(
     """
     found = _found(objects, frame)
     after = [found.get(n) or each for n, each in enumerate(objects)]
-    visible = [n for n, each in enumerate(after) if not each.occluded]
-    covers = _covers([after[n] for n in visible], config.overlap)
-    for i, n in enumerate(visible):
-        each = after[n]
-        if each.detected or found.get(n):
+    covers = _covers(after, config.overlap)
+    for n, each in enumerate(after):
+        if each.occluded or each.detected or found.get(n):
             continue
-        occluder = _occluder(each, [after[visible[j]] for j in covers.get(i, ())])
+        occluder = _occluder(each, [after[m] for m in covers.get(n, ())])
         overdue = frame.time - each.last_time > config.max_time_without_detection
         if n in found or occluder is not None or not each.recognized or overdue:
             after[n] = each.occlude(occluder)
@@ -78,9 +76,9 @@ def _about(place: Ellipse) -> list[Ellipse]:
     return [place._replace(x=place.x + step * x, y=place.y + step * y) for x, y in STEPS]
 
 
-def _covers(visible: Sequence[TrackedObject], overlap: float) -> dict[int, Integers]:
+def _covers(objects: Sequence[TrackedObject], overlap: float) -> dict[int, Integers]:
     """Return for each object the others that cover more than a share of it, as indices."""
-    boxes = as_rows(each.box for each in visible)
+    boxes = as_rows(each.box for each in objects)
     rows, columns = occlusion_candidates(boxes)
     covered = intersection_over_first(boxes[rows], boxes[columns]) > overlap
     return grouped(rows[covered], columns[covered])
