@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from cyclopts import Group
 
-from motes.cli.input_checks import error_context
 from motes.cli.option_groups import options
 from motes.cli.streams import log
 from motes.core.errors import ConfigError, counted
@@ -60,8 +59,11 @@ class UnitOptions:
                     f"{self.ground}: it has no [ground]; add scale, homography or points."
                 )
         else:
-            with error_context("--scale"):
-                plane = Ground(self.scale)
+            if not 1e-9 <= self.scale <= 1e9:  # type: ignore[operator]
+                raise ConfigError(
+                    f"--scale is {self.scale:g}; give pixels per metre, from 1e-9 to 1e9."
+                )
+            plane = Ground(self.scale)
         return RealUnits(plane, None if self.lens is None else Lens.load(self.lens))
 
 
