@@ -88,14 +88,16 @@ def test_without_a_look_nothing_is_overdue() -> None:
         assert [each.status for each in last] == [status]
 
 
-def test_an_object_that_is_gone_is_kept_as_long_with_a_slow_detector() -> None:
+@pytest.mark.parametrize("stands", [False, True])
+def test_what_is_not_detected_is_kept_as_long_with_a_slow_detector(stands: bool) -> None:
+    """Also if it still looks as it did, as what a detector has mistaken for an object does."""
     for every in (1, 4):
         settings = replace(config(), detections=DetectionSelection(every=every))
-        scene = Scene(lambda frame: [Detection(BOX)] if frame.index < 20 else [], settings)
-        frames = [picture(n, *[(BOX, RED)] * (n < 20)) for n in range(120)]
+        scene = Scene(lambda frame: [Detection(BOX)] if frame.index < 100 else [], settings)
+        frames = [picture(n, *[(BOX, RED)] * (stands or n < 100)) for n in range(200)]
         (*_, last) = [each for _, tracks in scene.watch(frames) for each in tracks]
         assert last.gone
-        assert last.time - frames[19].time == pytest.approx(3, abs=0.3)
+        assert last.time - frames[99].time == pytest.approx(3, abs=0.3)
 
 
 def test_events_and_counts_have_classes() -> None:

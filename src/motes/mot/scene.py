@@ -117,7 +117,9 @@ def step(
     found, surplus = suppress_duplicates(detections or (), frame, config.detections)
     objects = [each.predict(dt) for each in state.objects]
     if not looked:
-        objects = [each if each.occluded else each.wait(dt) for each in objects]
+        objects = [
+            each if each.occluded or each.found_by_look else each.wait(dt) for each in objects
+        ]
     objects, free, covers = associate(objects, found, frame, dt, config)
     objects = update(objects, frame, dt)
     objects = mark_occluded(objects, frame, config.occlusion)

@@ -161,6 +161,11 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False, dict=True):
         return self.seen or self.known
 
     @property
+    def found_by_look(self) -> bool:
+        """Whether it is known how it looks, so that it is found without a detection."""
+        return self.look is not None and self.look.settled
+
+    @property
     def public_track(self) -> Track:
         """Its track, with all that the scene tells of it."""
         dx, dy = self.velocity.tolist()

@@ -52,9 +52,7 @@ def _found(objects: Sequence[TrackedObject], frame: Frame) -> dict[int, TrackedO
     None if it looks like another one there, too.
     """
     looks = {
-        n: each.look
-        for n, each in enumerate(objects)
-        if not each.detected and each.look is not None and each.look.settled
+        n: each.look for n, each in enumerate(objects) if not each.detected and each.found_by_look
     }
     places = [_about(objects[n].predicted) for n in looks]
     seen = Look.at(frame, [*chain.from_iterable(places)])
