@@ -206,7 +206,7 @@ def test_detections_that_could_not_be_used_are_counted(go: Go) -> None:
 @pytest.mark.slow
 def test_frames_after_the_last_object_stay_in_what_is_made_of_rows(go: Go) -> None:
     """Not those in which it is lost in mid-picture: it may still be there."""
-    text = [f"{i + 1},-1,{4 * (i - 35) - 15},41,16,30,1" for i in range(45, 60)]
+    text = [f"{i + 1},-1,{4 * (i - 35) - 15},41,16,30,1" for i in range(55, 60)]
     Path("det.txt").write_text("\n".join(text))
     for name in ("r.csv", "whole.json"):
         assert go(f"FILM --detector det.txt --end 80 -o {name}")[0] == 0
