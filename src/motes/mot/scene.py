@@ -122,7 +122,7 @@ def step(
         ]
     objects, free, covers = associate(objects, found, frame, dt, config)
     objects = update(objects, frame, dt)
-    objects = mark_occluded(objects, frame, config.occlusion)
+    objects = mark_occluded(objects, frame, config.occlusion, looked=looked)
     objects, free = reidentify(objects, free, covers, frame, dt, config)
     initiation = state.initiation.with_scores(found, free)
     arrived, keys, free = admit(seed, state.created, expected, objects, free, frame, config)

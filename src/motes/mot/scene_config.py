@@ -41,7 +41,7 @@ class DetectionSelection(Config, frozen=True):
     used."""
     every: Count = 1
     """The detector looks at every n-th frame, where n is this number. In the frames between,
-    objects go on at their speed while they look as before. A larger value is faster, less exact."""
+    objects are where they look as before, or go on at their speed. A larger value is less exact."""
 
 
 class Smoothing(Config, frozen=True):

@@ -93,6 +93,19 @@ def test_who_looks_like_itself_is_not_hidden_by_who_covers_it_and_one_frame_is_n
         assert statuses(after) == {1: status, 2: Status.TRACKING}
 
 
+def test_where_the_detector_did_not_look_only_who_is_covered_is_occluded() -> None:
+    each = seen(1, PLACE)
+    failed = replace(each, state=replace(each.state, frames_missed=1))
+    front = seen(2, OVER).detect(OVER, FRAME.time)
+    for one in (failed, with_look(failed, BLUE)):
+        (after,) = mark_occluded([one], FRAME, Occlusion(), looked=False)
+        assert (after.track.status, after.detected) == (Status.TRACKING, False)
+        assert after.track.box == pytest.approx(PLACE)
+        assert after.track.confidence == 0.5
+        assert mark_occluded([one], FRAME, Occlusion())[0].occluded
+        assert mark_occluded([one, front], FRAME, Occlusion(), looked=False)[0].occluded
+
+
 def test_detected_objects_are_never_occluded_and_occluded_ones_occlude_nothing() -> None:
     both = [seen(1, PLACE).detect(PLACE, FRAME.time), seen(2, OVER).detect(OVER, FRAME.time)]
     assert mark_occluded(both, FRAME, Occlusion()) == both

@@ -11,7 +11,7 @@ from motes.mot.look import Look, costs, probability_of_one
 from motes.mot.overlaps import as_rows, grouped, intersection_over_first, occlusion_candidates
 from motes.mot.pairs import Integers
 from motes.mot.scene_config import Occlusion
-from motes.mot.tracked_object import TrackedObject
+from motes.mot.tracked_object import DETECTED, TrackedObject
 
 STEP = 0.3
 """How far beside where it should be an object is looked for, in its smaller half-axes."""
@@ -22,7 +22,7 @@ ASIDE = 1.0
 
 
 def mark_occluded(
-    objects: Sequence[TrackedObject], frame: Frame, config: Occlusion
+    objects: Sequence[TrackedObject], frame: Frame, config: Occlusion, *, looked: bool = True
 ) -> list[TrackedObject]:
     """Return the objects, those marked that are occluded, and these where they should be.
 
@@ -31,6 +31,9 @@ def mark_occluded(
     known is occluded by a visible object that covers it, if that is detected or is more similar to
     its own model. Otherwise, it is occluded by scenery if it does not fulfill the appearance rule,
     or if its last detection is too long ago.
+
+    In a frame at which the detector has not `looked` nobody is missed: a visible object is occluded
+    only by one that covers it. Else it is where its filter recognizes it, or where it should be.
     """
     found = _found(objects, frame)
     after = [found.get(n) or each for n, each in enumerate(objects)]
@@ -40,8 +43,11 @@ def mark_occluded(
             continue
         occluder = _occluder(each, [after[m] for m in covers.get(n, ())])
         overdue = frame.time - each.last_time > config.max_time_without_detection
-        if n in found or occluder is not None or not each.recognized or overdue:
+        missed = looked and (n in found or not each.recognized or overdue)
+        if missed or occluder is not None:
             after[n] = each.occlude(occluder)
+        elif not each.recognized:
+            after[n] = each.in_sight(frame, each.predicted, DETECTED)
     return [each.extrapolate(frame) if each.occluded else each for each in after]
 
 
