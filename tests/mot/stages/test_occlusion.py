@@ -93,6 +93,17 @@ def test_who_looks_like_itself_is_not_hidden_by_who_covers_it_and_one_frame_is_n
         assert statuses(after) == {1: status, 2: Status.TRACKING}
 
 
+@pytest.mark.parametrize(("gain", "step"), [(0.5, 0.0), (1.5, -3.0)])
+def test_a_step_beside_where_it_should_be_must_look_clearly_more_like_the_object(
+    monkeypatch: pytest.MonkeyPatch, gain: float, step: float
+) -> None:
+    """Else it stays behind with the part of it that somebody does not cover yet."""
+    unlikely = np.array([[10.0], [10.0 - gain], [10.0], [10.0], [10.0]])
+    monkeypatch.setattr("motes.mot.stages.mark_occluded.costs", lambda *_: unlikely.copy())
+    (after,) = mark_occluded([with_look(seen(1, PLACE), RED)], FRAME, Occlusion())
+    assert after.track.box.x - PLACE.x == pytest.approx(step)
+
+
 def test_where_the_detector_did_not_look_only_who_is_covered_is_occluded() -> None:
     each = seen(1, PLACE)
     failed = replace(each, state=replace(each.state, frames_missed=1))
