@@ -22,7 +22,8 @@ from motes.sot.discriminative.localization import WindowEstimate, localize
 from motes.sot.discriminative.placing import TURN, Found, turned
 from motes.sot.discriminative.prediction import Transition
 from motes.sot.discriminative.redetection import Redetection
-from motes.sot.discriminative.standing import DECIDED, Rival, Standing
+from motes.sot.discriminative.rival import DECIDED, Rival
+from motes.sot.discriminative.standing import Standing
 from motes.synthetic.pitch import Pitch
 from motes.synthetic.street import Street
 from textured import blocks
@@ -291,7 +292,7 @@ def test_a_rival_wins_only_where_the_target_is_seen_no_more(
     monkeypatch.setattr(Redetection, "log_odds", lambda *_: 0.0)
     state = SimpleNamespace(rival=Rival(HERE), appearance=None)
     found = compared(state, estimate(HERE, here), estimate(THERE, there), transition)
-    assert (found.look.pose == THERE) is wins
+    assert (found.estimate.pose == THERE) is wins
     assert found.rival.alive is not wins
 
 
@@ -368,7 +369,7 @@ def test_the_search_finds_what_looks_like_the_first_region(
     windows.clear()
     found = placing.search(config, np.random.default_rng(0), lost, frame, before)
     assert found.jumped is clear
-    assert found.look.pose == (there if clear else HERE)
+    assert found.estimate.pose == (there if clear else HERE)
 
 
 def test_the_search_goes_on_from_its_particles_and_reaches_farther_in_each_frame(
@@ -388,7 +389,7 @@ def test_the_search_goes_on_from_its_particles_and_reaches_farther_in_each_frame
         lost.standing = Standing(missed=missed)
         found = placing.search(config, np.random.default_rng(0), lost, frame, found)
         lost.search_particles = found.searchers
-    assert found.look.pose == THERE
+    assert found.estimate.pose == THERE
     (*_, first, _, _, once), (*_, second, _, _, twice) = asked
     assert (first == np.array(BLACK)).all()  # where it was last
     assert second is moved
@@ -408,7 +409,7 @@ def test_the_search_takes_its_best_look(cars: Any, monkeypatch: pytest.MonkeyPat
     found = placing.search(config, np.random.default_rng(0), lost, frame, before)
     assert len(told) > 1
     likeness = config.redetection.log_odds(lost.appearance, frame, RED)
-    assert found.look.evidence == max(told) + likeness
+    assert found.estimate.evidence == max(told) + likeness
 
 
 @pytest.mark.parametrize(
@@ -426,7 +427,7 @@ def test_a_rival_has_to_look_like_the_first_region(
     state = cars[2]
     state.rival = Rival(here)
     found = compared(state, estimate(here, 0.0), estimate(there, evidence), given=cars)
-    assert (found.look.pose == there) is wins
+    assert (found.estimate.pose == there) is wins
 
 
 def test_fewer_particles_where_the_place_is_clear() -> None:

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from motes import Discriminative, Status, Track, Tracker, Trackers
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse, iou
-from motes.sot.discriminative.standing import Claim, Standing, Taken, excluded
+from motes.sot.discriminative.exclusion import Claim, Taken, excluded
+from motes.sot.discriminative.standing import Standing
 from motes.sot.discriminative.state import DiscriminativeState
 
 FRONT = (62, 42, 24, 40)
@@ -158,14 +159,14 @@ def test_who_was_missed_or_told_already_gives_way() -> None:
         return replace(start, ellipse=at(x), belief=belief, standing=standing)
 
     here, near = [state(50, 0.01), state(50, 0.05)], [state(50, 0.01), state(60, 0.05)]
-    assert {*config.elsewhere([state(20, 0), state(80, 0)], here)} == {1}
-    assert {*config.elsewhere([state(20, 0, missed=1), state(80, 0)], here)} == {0}
+    assert {*config.displaced([state(20, 0), state(80, 0)], here)} == {1}
+    assert {*config.displaced([state(20, 0, missed=1), state(80, 0)], here)} == {0}
     apart = [state(20, 0), state(80, 0)]
-    assert config.elsewhere(apart, near) == {}
+    assert config.displaced(apart, near) == {}
     going = replace(start.motion, seen=1, velocity=np.array([-30.0, 0.0]))  # and less like itself
     twin = [apart[0], replace(apart[1], motion=going)]
     standing = replace(twin[0], motion=replace(going, velocity=np.zeros(2)))
-    assert {*config.elsewhere([standing, twin[1]], here)} == {0}  # which leaps
+    assert {*config.displaced([standing, twin[1]], here)} == {0}  # which leaps
     told = replace(apart[0], taken=Taken((at(150.0),)))
-    again = config.elsewhere([told, apart[1]], near)
+    again = config.displaced([told, apart[1]], near)
     assert [place.x for place in again[0].taken.places] == [150.0, 60.0]

@@ -12,10 +12,12 @@ from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, Ellipse, iou
 from motes.core.types import Singles
+from motes.sot.discriminative.exclusion import Taken
 from motes.sot.discriminative.network_track import AGREES, NetworkTrack
 from motes.sot.discriminative.redetection import MIN_HALF_AXIS
 from motes.sot.discriminative.report import at_region
-from motes.sot.discriminative.standing import FRAMES, Rival, Standing, Taken
+from motes.sot.discriminative.rival import Rival
+from motes.sot.discriminative.standing import FRAMES, Standing
 from motes.sot.network.network import Network
 from motes.sot.network.view import Choice, NetworkView
 from onnx_trackers import save_pair

@@ -3,7 +3,8 @@
 import pytest
 
 from motes import Ellipse, Status
-from motes.sot.discriminative.standing import APART, DECIDED, FRAMES, Rival, Standing, apart
+from motes.sot.discriminative.rival import APART, DECIDED, Rival, apart
+from motes.sot.discriminative.standing import FRAMES, Standing
 
 TRACKED = Standing()
 LOST = Standing(status=Status.LOST, missed=FRAMES)

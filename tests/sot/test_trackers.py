@@ -95,13 +95,13 @@ def test_who_looks_elsewhere_may_find_a_third_one(
     """Steps are taken anew until nobody is where another one is, but not for ever."""
     asked: list[tuple[list[Any], list[Any]]] = []
 
-    def elsewhere(
-        self: Discriminative, before: list[Any], after: list[Any], upon: set[tuple[int, int]]
+    def displaced(
+        self: Discriminative, before: list[Any], after: list[Any], stacked: set[tuple[int, int]]
     ) -> dict[int, Any]:
         asked.append(([*before], [*after]))
         return {0: replace(before[0])} if len(asked) <= conflicts else {}
 
-    monkeypatch.setattr(Discriminative, "elsewhere", elsewhere)
+    monkeypatch.setattr(Discriminative, "displaced", displaced)
     trackers = Trackers()
     trackers.init(clip()[0], REGIONS)
     trackers.update(clip()[1])

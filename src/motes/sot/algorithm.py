@@ -73,15 +73,15 @@ class Algorithm(Generic[S]):
         It returns the state after this frame, and a report of it.
         """
 
-    def upon(self, first: S, second: S) -> bool:
+    def stacked(self, first: S, second: S) -> bool:
         """Return whether targets of one frame lie upon each other, as a person and his shirt do.
 
         By default none do.
         """
         return False
 
-    def elsewhere(
-        self, before: Sequence[S], after: Sequence[S], upon: Set[tuple[int, int]] = frozenset()
+    def displaced(
+        self, before: Sequence[S], after: Sequence[S], stacked: Set[tuple[int, int]] = frozenset()
     ) -> dict[int, S]:
         """Return states to step from anew, by index, of targets found where another one is.
 
@@ -89,7 +89,7 @@ class Algorithm(Generic[S]):
         ----------
         before, after
             The states of targets in one video, before a frame and after it.
-        upon
+        stacked
             Pairs of indices, the lower one first, of targets that may be at one place: they were
             placed upon each other.
 

@@ -29,9 +29,9 @@ class Trackers:
 
     No two are at one place: where objects that were apart are found at one, it is that of the one
     that is most like itself there and moves on as before, and the others look elsewhere
-    (`Algorithm.elsewhere`; preset default alone does so). Objects that `init` or `add` places upon
-    each other, such as a person and his shirt, may stay so (`Algorithm.upon`). Where nobody meets,
-    object i, counted from the first one that was ever added, has the same tracks as with
+    (`Algorithm.displaced`; preset default alone does so). Objects that `init` or `add` places upon
+    each other, such as a person and his shirt, may stay so (`Algorithm.stacked`). Where nobody
+    meets, object i, counted from the first one that was ever added, has the same tracks as with
     `Tracker(config, seed + i)` alone, to the last bit, for any number of threads, but with
     the identity i + 1. With several threads, use it in a `with` statement, or call `close`.
 
@@ -75,7 +75,7 @@ class Trackers:
         self._closed = False
         self._last: Frame | None = None
         self._begun = 0  # how many objects there have been
-        self._upon: set[tuple[int, int]] = set()  # who lie upon each other, by their seeds
+        self._stacked: set[tuple[int, int]] = set()  # who lie upon each other, by their seeds
         self.each = []
 
     def init(self, frame: Picture, regions: Sequence[Numbers] | NDArray[Any]) -> list[Track]:
@@ -94,7 +94,7 @@ class Trackers:
         picture = self._picture(frame)
         each = [self._tracker(i) for i in range(len(regions))]
         tracks = [tracker.init(picture, box) for tracker, box in zip(each, regions, strict=True)]
-        self.each, self._last, self._begun, self._upon = [], picture, len(each), set()
+        self.each, self._last, self._begun, self._stacked = [], picture, len(each), set()
         for tracker in each:
             self._append(tracker)
         return tracks
@@ -125,10 +125,10 @@ class Trackers:
 
     def _append(self, tracker: Tracker) -> None:
         """Take a tracker of an object of the last frame as the last one."""
-        self._upon = self._upon | {
+        self._stacked = self._stacked | {
             (each._seed, tracker._seed)
             for each in self.each
-            if self._config.upon(each._state, tracker._state)
+            if self._config.stacked(each._state, tracker._state)
         }
         self.each.append(tracker)
 
@@ -162,13 +162,13 @@ class Trackers:
             tracker._following(picture)
         steps, before = self._steps(picture), [each._state for each in self.each]
         places = {tracker._seed: place for place, tracker in enumerate(self.each)}
-        upon = {
+        stacked = {
             (places[first], places[second])
-            for first, second in self._upon
+            for first, second in self._stacked
             if first in places and second in places
         }
         for _ in self.each:  # who looks elsewhere may find a third one
-            again = self._config.elsewhere(before, [state for state, _ in steps], upon)
+            again = self._config.displaced(before, [state for state, _ in steps], stacked)
             for index, state in again.items():
                 before[index], steps[index] = state, self.each[index]._stepped(picture, state)
             if not again:
@@ -209,8 +209,8 @@ class Trackers:
             raise ConfigError("There is no object left to save; call add or init first.")
         objects = [tracker._plain() for tracker in self.each]
         frame, *_ = [plain.pop("frame") for plain in objects]  # the same for all
-        config, upon = self._config.to_dict(), sorted(self._upon)
-        saved = _SavedGroup(config, self._seed, self._begun, self._bgr, frame, objects, upon)
+        config, stacked = self._config.to_dict(), sorted(self._stacked)
+        saved = _SavedGroup(config, self._seed, self._begun, self._bgr, frame, objects, stacked)
         save_plain(path, msgspec.structs.asdict(saved))
 
     @classmethod
@@ -236,7 +236,7 @@ class Trackers:
             tracker._identity = tracker._seed - saved.seed + 1
             trackers.each.append(tracker)
         trackers._last, trackers._begun = trackers.each[0]._frame, saved.begun
-        trackers._upon = {*saved.upon}
+        trackers._stacked = {*saved.stacked}
         return trackers
 
     def _started(self) -> Frame:
@@ -275,4 +275,4 @@ class _SavedGroup(msgspec.Struct):
     bgr: bool
     frame: Any
     objects: Annotated[list[dict[str, Any]], Meta(min_length=1)]
-    upon: list[tuple[int, int]]
+    stacked: list[tuple[int, int]]

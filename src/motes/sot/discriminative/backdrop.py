@@ -23,8 +23,8 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, iou
 from motes.core.types import Singles
 from motes.cues.search_window import cut
+from motes.sot.discriminative.exclusion import BESIDE
 from motes.sot.discriminative.expert import Expert
-from motes.sot.discriminative.standing import BESIDE
 
 EVERY = 6
 """Frames from one picture to the next: few targets leave their place in fewer."""

@@ -24,8 +24,8 @@ from motes.core.types import Floats, Singles, median
 from motes.cues.color import Color
 from motes.cues.sampling import Lattice
 from motes.cues.search_window import CELL_SIZE, SampleGrid
+from motes.sot.discriminative.exclusion import BESIDE
 from motes.sot.discriminative.expert import probability
-from motes.sot.discriminative.standing import BESIDE
 
 GAIN = 16.0
 """Log odds for a lead of 1. In crowds it is 0.12 on the mean, and -0.13 on somebody else."""

@@ -19,8 +19,8 @@ from motes.cues.correlation_filter import UPSAMPLING, CorrelationModel, peak_nea
 from motes.cues.search_window import CELL_SIZE, SampleGrid
 from motes.kernels.structures import PointCues
 from motes.sot.discriminative.config import BIN, DiscriminativeConfig
+from motes.sot.discriminative.exclusion import Taken
 from motes.sot.discriminative.expert import LARGEST_LOG_ODDS
-from motes.sot.discriminative.standing import Taken
 from motes.sot.filtering.resampling import Weights
 
 

@@ -14,7 +14,7 @@ from motes.core.types import Floats
 from motes.sot.discriminative.config import DiscriminativeConfig
 from motes.sot.discriminative.localization import WindowEstimate, localize
 from motes.sot.discriminative.prediction import Prediction, Transition
-from motes.sot.discriminative.standing import APART, DECIDED, Rival, apart
+from motes.sot.discriminative.rival import APART, DECIDED, Rival, apart
 from motes.sot.discriminative.state import DiscriminativeState
 
 TURN = 0.25
@@ -28,7 +28,7 @@ NO_PARTICLES = np.empty((0, 5))
 class Found(NamedTuple):
     """Where the target is in a frame, before its size is known."""
 
-    look: WindowEstimate
+    estimate: WindowEstimate
     """The estimate of the place."""
     rival: Rival
     """Another place that may be the target's."""
@@ -56,12 +56,12 @@ def find(
     experts = config.experts
     sights = experts.look(state.experts, frame, predicted)
     sigma = math.inf if transition is None else transition.sigma
-    look = localize(config, rng, state, frame, predicted, sights, sigma)
-    if math.hypot(*shift.tolist()) > APART * last.side and look.evidence < DECIDED:
+    estimate = localize(config, rng, state, frame, predicted, sights, sigma)
+    if math.hypot(*shift.tolist()) > APART * last.side and estimate.evidence < DECIDED:
         there = localize(config, rng, state, frame, last, sights)
-        look = max(look, there, key=lambda look: look.evidence)
+        estimate = max(estimate, there, key=lambda each: each.evidence)
     proposals = experts.proposals(sights)
-    return _compare(config, rng, state, frame, look, shift, proposals, transition)
+    return _compare(config, rng, state, frame, estimate, shift, proposals, transition)
 
 
 def _compare(
@@ -69,7 +69,7 @@ def _compare(
     rng: np.random.Generator,
     state: DiscriminativeState,
     frame: Frame,
-    look: WindowEstimate,
+    estimate: WindowEstimate,
     shift: Floats,
     proposals: list[Ellipse],
     transition: Transition | None,
@@ -85,33 +85,34 @@ def _compare(
     rival = state.rival
     if rival.alive:
         place = moved(rival.place, shift, frame)
-        other = localize(config, rng, state, frame, place, look.sights)
-        rival = rival if apart(other.pose, look.pose) else Rival(look.pose)
+        other = localize(config, rng, state, frame, place, estimate.sights)
+        rival = rival if apart(other.pose, estimate.pose) else Rival(estimate.pose)
     if not rival.alive:
         places = [
-            moved(look.pose, np.subtract(seen[:2], look.pose[:2]), frame) for seen in proposals
+            moved(estimate.pose, np.subtract(seen[:2], estimate.pose[:2]), frame)
+            for seen in proposals
         ]
         others = [
-            localize(config, rng, state, frame, place, look.sights)
+            localize(config, rng, state, frame, place, estimate.sights)
             for place in places
-            if apart(place, look.pose)
+            if apart(place, estimate.pose)
         ]
-        others = [other for other in others if apart(other.pose, look.pose)]
+        others = [other for other in others if apart(other.pose, estimate.pose)]
         if not others:
-            return Found(look, Rival(look.pose))
+            return Found(estimate, Rival(estimate.pose))
         other = max(others, key=lambda other: other.evidence)
-        if transition is not None and look.evidence > 0:
+        if transition is not None and estimate.evidence > 0:
             leap = transition.log_density(np.array(other.pose[:2]))
             rival = rival._replace(lead=max(float(leap), -DECIDED))
-    rival = rival.after(other.pose, other.evidence - look.evidence)
-    if rival.wins and look.evidence <= 0:
+    rival = rival.after(other.pose, other.evidence - estimate.evidence)
+    if rival.wins and estimate.evidence <= 0:
         there, here = (
             config.redetection.log_odds(state.appearance, frame, each.pose)
-            for each in (other, look)
+            for each in (other, estimate)
         )
         if rival.after(other.pose, there - here).wins:
             return Found(other, Rival(other.pose))
-    return Found(look, Rival(look.pose) if rival.loses else rival)
+    return Found(estimate, Rival(estimate.pose) if rival.loses else rival)
 
 
 def evidence_at(
@@ -132,17 +133,14 @@ def turned(
     rng: np.random.Generator,
     state: DiscriminativeState,
     frame: Frame,
-    look: WindowEstimate,
+    estimate: WindowEstimate,
 ) -> WindowEstimate:
     """Return the estimate, or one of a window turned to either side with more evidence."""
-    looks = [
-        localize(
-            config, rng, state, frame, look.pose._replace(theta=look.pose.theta + turn), look.sights
-        )
-        for turn in (-TURN, TURN)
-    ]
-    best = max(looks, key=lambda look: look.evidence)
-    return best if best.evidence > look.evidence + TURN_GAIN else look
+    pose = estimate.pose
+    windows = [pose._replace(theta=pose.theta + turn) for turn in (-TURN, TURN)]
+    estimates = [localize(config, rng, state, frame, one, estimate.sights) for one in windows]
+    best = max(estimates, key=lambda each: each.evidence)
+    return best if best.evidence > estimate.evidence + TURN_GAIN else estimate
 
 
 def search(
@@ -166,12 +164,12 @@ def search(
     )
 
     def judged(place: Ellipse) -> WindowEstimate:
-        look = localize(config, rng, state, frame, place, found.look.sights)
-        likeness = config.redetection.log_odds(state.appearance, frame, look.pose)
-        return replace(look, evidence=look.evidence + likeness)
+        estimate = localize(config, rng, state, frame, place, found.estimate.sights)
+        likeness = config.redetection.log_odds(state.appearance, frame, estimate.pose)
+        return replace(estimate, evidence=estimate.evidence + likeness)
 
-    # One after the other: a look has a megabyte of windows and transforms.
-    best = max(map(judged, places), key=lambda look: look.evidence)
+    # One after the other: an estimate has a megabyte of windows and transforms.
+    best = max(map(judged, places), key=lambda each: each.evidence)
     if best.evidence > DECIDED:
         return Found(best, Rival(best.pose), True, searchers)
     return found._replace(searchers=searchers)

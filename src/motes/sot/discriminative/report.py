@@ -20,8 +20,8 @@ from motes.sot.discriminative.config import DiscriminativeConfig
 from motes.sot.discriminative.expert import LARGEST_LOG_ODDS, probability
 from motes.sot.discriminative.localization import WindowEstimate, color_weight
 from motes.sot.discriminative.placing import NO_PARTICLES
+from motes.sot.discriminative.rival import APART
 from motes.sot.discriminative.size import Trend
-from motes.sot.discriminative.standing import APART
 from motes.sot.discriminative.state import DiscriminativeState
 from motes.sot.filtering.resampling import Weights, mean_ellipse
 
@@ -39,18 +39,18 @@ def report(
     config: DiscriminativeConfig,
     state: DiscriminativeState,
     frame: Frame,
-    look: WindowEstimate,
+    estimate: WindowEstimate,
     ellipses: Floats,
 ) -> StepInfo:
     """Return the report of an estimate; its confidence is that the target is there, and is it.
 
     While a lost target is searched for, the particles are those of the search. The state is that
-    after the frame; the weights of the particles (N, 5) are those of `look`.
+    after the frame; the weights of the particles (N, 5) are those of `estimate`.
     """
-    weights: Weights | None = look.weights
+    weights: Weights | None = estimate.weights
     if not state.standing.trusted and len(state.search_particles):
         ellipses, weights = state.search_particles, None
-    return _report(config, state, frame, ellipses, weights, look.evidence, look.similarity)
+    return _report(config, state, frame, ellipses, weights, estimate.evidence, estimate.similarity)
 
 
 def _report(
@@ -118,17 +118,17 @@ def at_region(info: StepInfo, region: Ellipse, confidence: float, status: Status
     return replace(info, track=joined, ellipses=ellipses)
 
 
-def particles_of(look: WindowEstimate, state: DiscriminativeState, found: Ellipse) -> Floats:
+def particles_of(estimate: WindowEstimate, state: DiscriminativeState, found: Ellipse) -> Floats:
     """Return the particles (N, 5) of place and size.
 
-    The N particles of the place are those of `look`; the M of the size are repeated. The size that
-    is found is the most likely one; the particles show its uncertainty.
+    The N particles of the place are those of `estimate`; the M of the size are repeated. The size
+    that is found is the most likely one; the particles show its uncertainty.
     """
-    factors = state.factors[np.arange(len(look.centers)) % len(state.factors)]
+    factors = state.factors[np.arange(len(estimate.centers)) % len(state.factors)]
     ellipses = np.empty((len(factors), 5))
     ellipses[:] = found
-    ellipses[:, :2] = look.centers
-    ellipses[:, 2:4] *= (factors / (look.weights.values @ factors))[:, None]
+    ellipses[:, :2] = estimate.centers
+    ellipses[:, 2:4] *= (factors / (estimate.weights.values @ factors))[:, None]
     return ellipses
 
 

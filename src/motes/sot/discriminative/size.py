@@ -69,7 +69,7 @@ def estimated(
     model: ScaleModel,
     border: Floats,
     frame: Frame,
-    look: WindowEstimate,
+    estimate: WindowEstimate,
 ) -> tuple[Ellipse, Floats]:
     """Return a window's estimate with its size, and particles of the size as factors, (N,).
 
@@ -77,18 +77,18 @@ def estimated(
     outside of its border is to its running mean `border`, (2,). The size is at the maximum
     between the compared ones.
     """
-    sizes, low, high = config.scale, *limits(look.pose, frame)
+    sizes, low, high = config.scale, *limits(estimate.pose, frame)
     factors = np.clip(sizes.factors, low, high)
-    spectra = sizes.spectra(model, frame, look.pose)
+    spectra = sizes.spectra(model, frame, estimate.pose)
     pool = sizes.response(model, spectra).astype(np.float64)
-    boxes = np.tile(look.box, (sizes.count, 1))
+    boxes = np.tile(estimate.box, (sizes.count, 1))
     boxes[:, 2:] *= factors[:, None]
-    errors = borders(look.integral, boxes) - border
+    errors = borders(estimate.integral, boxes) - border
     pool += config.border_gain * np.exp(-BORDER_SHARPNESS * (errors**2).sum(axis=1))
     weights = Weights.from_log(pool / config.sigma)
-    chosen = factors[SYSTEMATIC.ancestors(rng, weights, len(look.centers))]
+    chosen = factors[SYSTEMATIC.ancestors(rng, weights, len(estimate.centers))]
     grown = min(max(sizes.between(pool), low), high)
-    pose = look.pose._replace(a=grown * look.pose.a, b=grown * look.pose.b)
+    pose = estimate.pose._replace(a=grown * estimate.pose.a, b=grown * estimate.pose.b)
     return pose, chosen
 
 

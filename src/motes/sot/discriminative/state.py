@@ -10,8 +10,9 @@ from motes.sot.discriminative.localization import TargetModels
 from motes.sot.discriminative.network_track import NetworkTrack
 from motes.sot.discriminative.prediction import Light, MotionHistory
 from motes.sot.discriminative.redetection import RedetectionModel
+from motes.sot.discriminative.rival import Rival
 from motes.sot.discriminative.size import Trend, TurnEstimate
-from motes.sot.discriminative.standing import Rival, Standing
+from motes.sot.discriminative.standing import Standing
 
 
 class DiscriminativeState(TargetModels, frozen=True, eq=False):

@@ -5,7 +5,7 @@ size. Particles find the target in a near window, by gradients and colors (`loca
 Experts of other kinds (`expert.py`) say where they see it, or that it is not there: a filter that
 is confined to the target in a wide window, and a memory of what was there before (`backdrop.py`).
 Where they part, both places are followed until the evidence of the next frames decides, and nothing
-is learned meanwhile (`standing.py`). The evidence of a place is the sum of the log odds that the
+is learned meanwhile (`rival.py`). The evidence of a place is the sum of the log odds that the
 near window and the experts give it. It decides whether the target is there, and so whether the
 tracker learns or searches. Whether it is the target or a neighbor who looks alike is a belief
 (`belief.py`) that is reported and changes nothing else. A trained network, if there is one,
@@ -31,6 +31,7 @@ from motes.sot.algorithm import Algorithm, StepInfo
 from motes.sot.discriminative import prediction
 from motes.sot.discriminative.belief import GAIN, Belief
 from motes.sot.discriminative.config import DiscriminativeConfig
+from motes.sot.discriminative.exclusion import BESIDE, Claim, Taken, excluded
 from motes.sot.discriminative.expert import probability
 from motes.sot.discriminative.localization import WindowEstimate
 from motes.sot.discriminative.network_track import AGREES, NetworkTrack
@@ -44,16 +45,9 @@ from motes.sot.discriminative.report import (
     reported_ellipse,
     reported_size,
 )
+from motes.sot.discriminative.rival import DECIDED, Rival
 from motes.sot.discriminative.size import Trend, TurnEstimate, estimated
-from motes.sot.discriminative.standing import (
-    BESIDE,
-    DECIDED,
-    Claim,
-    Rival,
-    Standing,
-    Taken,
-    excluded,
-)
+from motes.sot.discriminative.standing import Standing
 from motes.sot.discriminative.state import DiscriminativeState
 
 RUNNING_MEAN_RATE = 0.05
@@ -117,16 +111,16 @@ class Discriminative(
         light = state.light.followed(*expected.shared)
         frame = light.taken_off(frame)
         found = find(self, rng, state, frame, expected)
-        if not state.scale_due and found.look.evidence < DECIDED and not found.jumped:
-            found = found._replace(look=turned(self, rng, state, frame, found.look))
-        if found.look.evidence < 0:
+        if not state.scale_due and found.estimate.evidence < DECIDED and not found.jumped:
+            found = found._replace(estimate=turned(self, rng, state, frame, found.estimate))
+        if found.estimate.evidence < 0:
             found = search(self, rng, state, frame, found)
-        look, jumped = found.look, found.jumped
-        standing = state.standing.after(look.evidence, jumped=jumped)
+        estimate, jumped = found.estimate, found.jumped
+        standing = state.standing.after(estimate.evidence, jumped=jumped)
         learned = not (standing.missed or found.rival.alive)
-        pose, sized = look.pose, learned and state.scale_due
+        pose, sized = estimate.pose, learned and state.scale_due
         if sized:
-            pose, factors = estimated(self, rng, state.scale, state.border, frame, look)
+            pose, factors = estimated(self, rng, state.scale, state.border, frame, estimate)
             state = replace(state, factors=factors)
         elif not (learned or jumped):  # an uncertain size is ignored
             pose = pose._replace(a=state.ellipse.a, b=state.ellipse.b)
@@ -145,34 +139,34 @@ class Discriminative(
             scale_due=not state.scale_due,
         )
         if learned:
-            after = self._learned(after, frame, look)
+            after = self._learned(after, frame, estimate)
             light = light.learned(self.posterior.learning_rate)
         steady = not (jumped or state.standing.missed or standing.missed)
         motion = expected.update(state.motion, state.ellipse, pose if steady else None)
-        experts = self.experts.updated(state.experts, frame, look.sights, pose, float(learned))
-        belief = state.belief.after(frame, pose, motion.camera, seen=look.evidence > 0)
+        experts = self.experts.updated(state.experts, frame, estimate.sights, pose, float(learned))
+        belief = state.belief.after(frame, pose, motion.camera, seen=estimate.evidence > 0)
         # A tracked target is lost once that is decided: with less, part of it is often there.
         margin = DECIDED if state.reported.status is Status.TRACKING else 0.0
-        certain = probability(look.evidence + margin) * belief.probability
+        certain = probability(estimate.evidence + margin) * belief.probability
         reported = state.reported.after(certain - 0.5, jumped=jumped)
         after = replace(
             after, motion=motion, light=light, experts=experts, belief=belief, reported=reported
         )
-        info = report(self, after, frame, look, particles_of(look, state, pose))
-        after, info = self._joined(rng, after, frame, info, look.evidence)
+        info = report(self, after, frame, estimate, particles_of(estimate, state, pose))
+        after, info = self._joined(rng, after, frame, info, estimate.evidence)
         return replace(after, taken=Taken()), info
 
-    def upon(self, first: DiscriminativeState, second: DiscriminativeState) -> bool:
+    def stacked(self, first: DiscriminativeState, second: DiscriminativeState) -> bool:
         """Return whether targets of one frame overlap by more than `BESIDE`."""
         return bool(iou(first.ellipse.box, second.ellipse.box) > BESIDE)
 
-    def elsewhere(
+    def displaced(
         self,
         before: Sequence[DiscriminativeState],
         after: Sequence[DiscriminativeState],
-        upon: Set[tuple[int, int]] = frozenset(),
+        stacked: Set[tuple[int, int]] = frozenset(),
     ) -> dict[int, DiscriminativeState]:
-        """Return the states of the targets that are where another one is; see `standing.py`."""
+        """Return the states of the targets that are where another one is; see `exclusion.py`."""
         claims = {}
         for index, (last, state) in enumerate(zip(before, after, strict=True)):
             if state.standing.confirmed:
@@ -181,7 +175,7 @@ class Discriminative(
                 against = GAIN * state.belief.distance + DECIDED * missed + leap
                 claims[index] = Claim(last.ellipse, state.ellipse, missed, against)
         again = {}
-        for index, (places, overlap) in excluded(claims, upon).items():
+        for index, (places, overlap) in excluded(claims, stacked).items():
             taken = Taken(before[index].taken.places + places, overlap)
             again[index] = replace(before[index], taken=taken)
         return again
@@ -273,12 +267,17 @@ class Discriminative(
         return state, at_region(info, region, confidence, standing.status)
 
     def _learned(
-        self, state: DiscriminativeState, frame: Frame, look: WindowEstimate
+        self, state: DiscriminativeState, frame: Frame, estimate: WindowEstimate
     ) -> DiscriminativeState:
         """Return the state after learning from a frame, in a window at the target."""
         correlation, posterior, pose = self.correlation, self.posterior, state.ellipse
-        window, spectra, integral, box = look.window, look.spectra, look.integral, look.box
-        resized = pose[2:4] != look.window_pose[2:4]
+        window, spectra, integral, box = (
+            estimate.window,
+            estimate.spectra,
+            estimate.integral,
+            estimate.box,
+        )
+        resized = pose[2:4] != estimate.window_pose[2:4]
         if resized or math.hypot(*box[:2].tolist()) > CELL_SIZE:  # more than a cell off its center
             grid = state.correlation.grid
             window = grid.sample_window(frame, pose)
@@ -300,6 +299,6 @@ class Discriminative(
             posterior=posterior.updated(state.posterior, window, posterior.learning_rate, x, y),
             appearance=self.redetection.updated(state.appearance, frame, pose, RUNNING_MEAN_RATE),
             scale=scale,
-            contrast=kept * state.contrast + RUNNING_MEAN_RATE * look.contrast,
+            contrast=kept * state.contrast + RUNNING_MEAN_RATE * estimate.contrast,
             border=kept * state.border + RUNNING_MEAN_RATE * border,
         )
