@@ -57,6 +57,12 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             msgspec.structs.force_setattr(
                 self, field.name, decode_at(field.name, value, field.type)
             )
+        for name in getattr(self, self.open_field or "", ()):
+            if name in self.__struct_fields__:
+                raise ConfigError(
+                    f"{self.open_field} names {name!r}, which is the name of another key; choose "
+                    "another name."
+                )
 
     @classmethod
     def parse(cls, text: str) -> Self:
@@ -95,16 +101,6 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 C = TypeVar("C", bound=Config)
-
-
-def check_extra_names(config: Config) -> None:
-    """Raise a ConfigError if the open field of a configuration names another field."""
-    for name in getattr(config, config.open_field or "", ()):
-        if name in config.__struct_fields__:
-            raise ConfigError(
-                f"{config.open_field} names {name!r}, which is the name of another key; choose "
-                "another name."
-            )
 
 
 def _spread(value: Any, plain: Any) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any, TypeAlias
 
@@ -33,6 +34,13 @@ def median(values: NDArray[np.floating[Any]]) -> float:
     low, high = (values.size - 1) // 2, values.size // 2
     ordered = np.partition(values, (low, high), axis=None)
     return float(ordered[low] + ordered[high]) / 2
+
+
+def correlation(first: NDArray[np.floating[Any]], second: NDArray[np.floating[Any]]) -> float:
+    """Return Pearson's correlation of two arrays of one shape; 0 where one is flat."""
+    a, b = first - first.mean(), second - second.mean()
+    power = float((a * a).sum()) * float((b * b).sum())
+    return float((a * b).sum()) / math.sqrt(power) if power > 0 else 0.0
 
 
 def check_finite(values: Numbers | float, kind: str, name: object) -> None:

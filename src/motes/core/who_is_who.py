@@ -37,7 +37,12 @@ def who_is_who(costs: Floats) -> tuple[NDArray[np.int64], Floats]:
     """
     n, m = costs.shape
     rows = np.arange(n)
-    each = _all(n, m) if math.perm(m, n) <= FEW else _near(_best(costs), m)
+    if math.perm(m, n) <= FEW:
+        each = _all(n, m)
+    else:
+        from scipy.optimize import linear_sum_assignment  # takes half a second to import
+
+        each = _near(linear_sum_assignment(costs)[1], m)
     sums = costs[rows, each].sum(axis=1)
     best = each[sums.argmin()]
     odds = np.exp(sums.min() - sums)
@@ -49,14 +54,6 @@ def who_is_who(costs: Floats) -> tuple[NDArray[np.int64], Floats]:
 def _all(n: int, m: int) -> NDArray[np.int64]:
     """Return all ways to give n rows a column each of m, (ways, n)."""
     return np.array(list(itertools.permutations(range(m), n)), np.int64).reshape(-1, n)
-
-
-def _best(costs: Floats) -> NDArray[np.int64]:
-    """Return the assignment of least cost, (n,)."""
-    from scipy.optimize import linear_sum_assignment  # takes half a second to import
-
-    columns: NDArray[np.int64] = linear_sum_assignment(costs)[1]
-    return columns
 
 
 def _near(best: NDArray[np.int64], m: int) -> NDArray[np.int64]:

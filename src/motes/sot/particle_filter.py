@@ -13,7 +13,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from motes import kernels
-from motes.core.config import Config, Particles, check_extra_names
+from motes.core.config import Config, Particles
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
@@ -98,7 +98,6 @@ class ParticleFilter(Algorithm[FilterState], Config, frozen=True, dict=True, tag
         super().__post_init__()
         if not self.cues:
             raise ConfigError(f"A particle filter needs a cue: {', '.join(CUES.names())}.")
-        check_extra_names(self)
         self._check_cues_named()
 
     def _check_cues_named(self) -> None:

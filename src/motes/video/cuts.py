@@ -16,7 +16,7 @@ import numpy as np
 
 from motes import kernels
 from motes.core.frame import Frame
-from motes.core.types import Floats, median
+from motes.core.types import Floats, correlation, median
 
 Change: TypeAlias = Literal["cut", "light"]
 
@@ -70,10 +70,18 @@ class PictureChanges:
         change: Change | None = None
         if past and past[-1].gray.shape != now.gray.shape:
             past.clear()
-        other = bool(past) and _other_colors(past[-1], now) and _alike(past[-1], now) < STRUCTURE
+        other = (
+            bool(past)
+            and _other_colors(past[-1], now)
+            and correlation(past[-1].gray, now.gray) < STRUCTURE
+        )
         if other:
             change = None if self._restless else "cut"
-        elif past and abs(_lighter(past[0], now)) > LIGHT and _alike(past[0], now) >= STRUCTURE:
+        elif (
+            past
+            and abs(_lighter(past[0], now)) > LIGHT
+            and correlation(past[0].gray, now.gray) >= STRUCTURE
+        ):
             change = "light"
         if other or change is not None:
             past.clear()
@@ -112,12 +120,6 @@ def _other_colors(one: _Look, other: _Look) -> bool:
     """Return whether colors differ as those of two pictures, by their Hellinger distance."""
     apart = math.sqrt(max(0.0, 1 - float(np.sqrt(one.colors * other.colors).sum())))
     return apart > (GRAYS if one.colorless and other.colorless else COLORS)
-
-
-def _alike(one: _Look, other: _Look) -> float:
-    """Return the correlation of the gray values, -1 to 1."""
-    a, b = one.gray - one.gray.mean(), other.gray - other.gray.mean()
-    return float((a * b).sum() / math.sqrt((a * a).sum() * (b * b).sum()))
 
 
 def _lighter(before: _Look, now: _Look) -> float:

@@ -104,30 +104,23 @@ class Report:
     @property
     def problems(self) -> str | None:
         """One line about the errors, or None if there were none."""
-        parts = []
-        if self.skipped:
-            parts.append(f"{self.skipped} unreadable packet(s) skipped")
-        if self.damaged:
-            parts.append(f"{self.damaged} picture(s) damaged")
-        if self.lost:
-            parts.append(f"{self.lost} picture(s) lost")
-        if self.truncated:
-            parts.append(f"cut off at {self.ended:.2f} s of {self.expected:.2f} s")
-        if self.retimed:
-            parts.append(f"{self.retimed} missing or wrong time stamp(s) replaced")
-        if self.left_out:
-            parts.append(
-                f"{self.left_out} picture(s) left out, those after the first in an animated file"
-            )
-        if self.brighter:
-            parts.append(f"{self.brighter} picture(s) too bright for {self.depth} bits")
-        if self.late:
-            parts.append(f"{self.late} frame(s) left out, as newer ones had come")
-        if self.drops:
-            parts.append(f"dropped {self.drops} time(s)")
-        if not 1 / MAX_ASPECT < self.aspect < MAX_ASPECT:
-            parts.append(f"pixels are {self.aspect:.2f} times as wide as high, and left so")
-        return "; ".join(parts) or None
+        odd = not 1 / MAX_ASPECT < self.aspect < MAX_ASPECT
+        told = (
+            (self.skipped, f"{self.skipped} unreadable packet(s) skipped"),
+            (self.damaged, f"{self.damaged} picture(s) damaged"),
+            (self.lost, f"{self.lost} picture(s) lost"),
+            (self.truncated, f"cut off at {self.ended or 0:.2f} s of {self.expected or 0:.2f} s"),
+            (self.retimed, f"{self.retimed} missing or wrong time stamp(s) replaced"),
+            (
+                self.left_out,
+                f"{self.left_out} picture(s) left out, those after the first in an animated file",
+            ),
+            (self.brighter, f"{self.brighter} picture(s) too bright for {self.depth} bits"),
+            (self.late, f"{self.late} frame(s) left out, as newer ones had come"),
+            (self.drops, f"dropped {self.drops} time(s)"),
+            (odd, f"pixels are {self.aspect:.2f} times as wide as high, and left so"),
+        )
+        return "; ".join(text for has, text in told if has) or None
 
 
 Load = Callable[[], NDArray[np.uint8]]

@@ -257,8 +257,6 @@ def open_source(
         raise ConfigError(f"start is {start}; the first frame has index 0.")
     if stride < 1:
         raise ConfigError(f"stride is {stride}; give 1 for every frame, 2 for every other.")
-    if end is not None and end > sys.maxsize:
-        raise ConfigError(f"end is {end}; no source is that long; leave it out for all frames.")
     if end is not None and end <= start:
         raise ConfigError(f"end is {end}, start {start}; end must be greater.")
     if patience is not None and not patience >= 0:

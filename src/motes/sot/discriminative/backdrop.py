@@ -15,13 +15,12 @@ from typing import NamedTuple, Self
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from motes import kernels
 from motes.core.config import Config, NonNegative
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, iou
-from motes.core.types import Singles
+from motes.core.types import Singles, correlation
 from motes.cues.search_window import cut
 from motes.sot.discriminative.exclusion import BESIDE
 from motes.sot.discriminative.expert import Expert
@@ -174,10 +173,3 @@ def gray_points(frame: Frame, points: Points, pitch: float) -> Singles:
     middle = Ellipse((left + right - 1) / 2 * pitch, (top + bottom - 1) / 2 * pitch, 1.0, 1.0)
     out: Singles = cut(frame, middle, (pitch, pitch), (bottom - top, right - left)).sum(axis=0)
     return out
-
-
-def correlation(first: NDArray[np.float32], second: NDArray[np.float32]) -> float:
-    """Return Pearson's correlation of two arrays of one shape; 0 where one is flat."""
-    a, b = first - first.mean(), second - second.mean()
-    power = float((a * a).sum()) * float((b * b).sum())
-    return float((a * b).sum()) / math.sqrt(power) if power > 0 else 0.0

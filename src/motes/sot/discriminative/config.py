@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.config import Config, NonNegative, Particles, Positive, check_extra_names
+from motes.core.config import Config, NonNegative, Particles, Positive
 from motes.cues.color import Posterior
 from motes.cues.correlation_filter import Correlation, ScaleFilter
 from motes.sot.discriminative.backdrop import Backdrop
@@ -54,10 +54,6 @@ class DiscriminativeConfig(Config, frozen=True, dict=True):
     """A trained network that follows the target too; by default there is none."""
     extra_experts: dict[str, Expert] = {}  # noqa: RUF012  (msgspec copies it)
     """Experts of other packages, by name. In files and options they stand among the other keys."""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_extra_names(self)
 
     @cached_property
     def cues(self) -> dict[str, Correlation | Posterior]:
