@@ -56,13 +56,13 @@ def check_counts(**counts: int) -> None:
 
 def point_out_corners(region: Sequence[float] | None, width: int, height: int) -> None:
     """Say if the numbers of a box x,y,width,height may be its corners."""
-    from motes.core.geometry import of_corners  # brings NumPy, which the help does without
+    from motes.core.geometry import as_text, of_corners  # brings NumPy, which the help does without
 
     meant = None if region is None else of_corners(region, width, height)
     if meant is not None:
         log(
             f"The box leaves the picture of {width}x{height}; if its numbers are corners "
-            f"x1,y1,x2,y2, give {','.join(f'{value:g}' for value in meant)} (x,y,width,height)."
+            f"x1,y1,x2,y2, give {as_text(meant)} (x,y,width,height)."
         )
 
 

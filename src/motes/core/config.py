@@ -9,7 +9,7 @@ import re
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Self, TypeVar
+from typing import Annotated, Any, ClassVar, Self
 
 import msgspec
 from msgspec import Meta
@@ -100,9 +100,6 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return msgspec.toml.encode(_without_none(self.to_dict())).decode()
 
 
-C = TypeVar("C", bound=Config)
-
-
 def _spread(value: Any, plain: Any) -> Any:
     """Return the plain values of a configuration, those of open fields among the others."""
     if isinstance(value, Config):
@@ -130,7 +127,7 @@ def merge(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]
     return merged
 
 
-def from_dict(values: Mapping[str, Any], kind: type[C] | Any) -> Any:
+def from_dict(values: Mapping[str, Any], kind: Any) -> Any:
     """Return the configuration of type `kind` (a class or a union of classes) from plain values.
 
     Raises a ConfigError for an unknown key, with the nearest known one, or a value that does not

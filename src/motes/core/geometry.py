@@ -94,6 +94,11 @@ class Ellipse(NamedTuple):
         """The mean side of the ellipse's box, in pixels: the geometric mean of both axes."""
         return 2 * math.sqrt(self.a * self.b)
 
+    def inner(self, x: Any, y: Any) -> tuple[Any, Any]:
+        """Return offsets from the center along a and along b, in units of these half-axes."""
+        cos, sin = math.cos(self.theta), math.sin(self.theta)
+        return (x * cos + y * sin) / self.a, (y * cos - x * sin) / self.b
+
     def polygon(self, corners: int = 48) -> Floats:
         """Return (corners, 2) points on the outline, in order."""
         t = np.linspace(0, 2 * math.pi, corners, endpoint=False)
@@ -162,11 +167,11 @@ def as_ellipse(region: Numbers) -> Ellipse:
         )
     if not all(abs(value) <= FARTHEST for value in values):
         raise ConfigError(
-            f"The region {_numbers(values)} holds a number that is not finite, or too large; "
+            f"The region {as_text(values)} holds a number that is not finite, or too large; "
             f"correct it."
         )
     if min(values[2:4]) < 1 / FARTHEST:
-        raise ConfigError(f"The region {_numbers(values)} has no area; give it a positive size.")
+        raise ConfigError(f"The region {as_text(values)} has no area; give it a positive size.")
     return Ellipse.from_box(values) if len(values) == 4 else Ellipse(*values)
 
 
@@ -228,7 +233,7 @@ def region_within(region: Numbers, width: int, height: int) -> Ellipse:
     """
     ellipse = as_ellipse(region)
     corners = of_corners(region, width, height)
-    other = "" if corners is None else f", or {_numbers(corners)} if these numbers are corners"
+    other = "" if corners is None else f", or {as_text(corners)} if these numbers are corners"
     box = ellipse.box
     named = f"The region at x={box.x:g}, y={box.y:g}, {box.width:g}x{box.height:g},"
     frame = f"the frame of {width}x{height}"
@@ -257,7 +262,8 @@ def of_corners(region: Numbers, width: int, height: int) -> Box | None:
     return Box(x, y, right - x, bottom - y) if leaves and fits else None
 
 
-def _numbers(values: Sequence[float]) -> str:
+def as_text(values: Sequence[float]) -> str:
+    """Return numbers as users give them."""
     return ",".join(f"{value:g}" for value in values)
 
 

@@ -7,6 +7,7 @@ from typing import Annotated, Literal, Self
 
 import numpy as np
 from msgspec import Meta
+from msgspec.structs import replace
 
 from motes import kernels
 from motes.core.config import Config
@@ -35,8 +36,8 @@ DENSE = 4096
 """Number of points of the lattice that reads a target model."""
 
 
-class _OfTheImage(Config, frozen=True):
-    """The base of samplings of the image's own grid of pixels."""
+class _Grid(Config, frozen=True):
+    """The base of samplings: of every pixel of the image's own grid."""
 
     @property
     def dense(self) -> Self:
@@ -54,11 +55,11 @@ class _OfTheImage(Config, frozen=True):
         return PixelGrid(1, 1)
 
 
-class EveryPixel(_OfTheImage, frozen=True, tag="every_pixel"):
+class EveryPixel(_Grid, frozen=True, tag="every_pixel"):
     """Every pixel whose center lies inside the ellipse; the cost grows with the ellipse's area."""
 
 
-class Checkerboard(_OfTheImage, frozen=True, tag="checkerboard"):
+class Checkerboard(_Grid, frozen=True, tag="checkerboard"):
     """Half or a quarter of the pixels inside the ellipse: Ng and Delp, section 3.5 and figure 2.
 
     They are fixed in the image, not in the ellipse: where two ellipses overlap, they read the same
@@ -75,7 +76,7 @@ class Checkerboard(_OfTheImage, frozen=True, tag="checkerboard"):
         return PixelGrid(2, 1 if self.share == "half" else 2)
 
 
-class Lattice(Config, frozen=True, tag="lattice"):
+class Lattice(_Grid, frozen=True, tag="lattice"):
     """A fixed set of points spread evenly over the unit disk, mapped by each ellipse.
 
     An ellipse costs the same whatever its size, and its histogram is an unbiased estimate of the
@@ -88,19 +89,14 @@ class Lattice(Config, frozen=True, tag="lattice"):
     and slower."""
 
     @property
-    def dense(self) -> Lattice:
+    def dense(self) -> Self:
         """The sampling that reads a target model: `DENSE` points, or more."""
-        return Lattice(points=max(self.points, DENSE))
+        return replace(self, points=max(self.points, DENSE))
 
     @property
     def lattice(self) -> Singles:
         """The points in the unit disk, (2, points): rows u and v."""
         return sunflower(self.points)
-
-    @property
-    def grid(self) -> PixelGrid:
-        """It has no effect: the lattice is read."""
-        return PixelGrid(1, 1)
 
 
 Sampling = EveryPixel | Checkerboard | Lattice

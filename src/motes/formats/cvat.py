@@ -65,7 +65,7 @@ def write(recorded: Recording, keyframe_error: float = KEYFRAME_ERROR) -> Iterat
     tracks = boxes_by_identity(recorded, shown, "CVAT")
     labels = "\n".join(
         f"        <label>\n          <name>{escape(name)}</name>\n        </label>"
-        for name in labels_of(classes, head)
+        for name in labels_of(classes.values(), head)
     )
     yield f"""\
 <?xml version="1.0" encoding="utf-8"?>

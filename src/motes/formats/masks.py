@@ -11,7 +11,6 @@ without a mask of its own fills its ellipse.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -43,10 +42,8 @@ def write(recorded: Recording) -> Iterator[tuple[str, bytes]]:
 def _inside(ellipse: Ellipse, height: int, width: int) -> Flags:
     """Return which pixels (height, width) have their centers in an ellipse."""
     y, x = np.ogrid[:height, :width]
-    cos, sin = math.cos(ellipse.theta), math.sin(ellipse.theta)
-    along = (x - ellipse.x) * cos + (y - ellipse.y) * sin
-    across = (y - ellipse.y) * cos - (x - ellipse.x) * sin
-    inside: Flags = (along / ellipse.a) ** 2 + (across / ellipse.b) ** 2 <= 1
+    along, across = ellipse.inner(x - ellipse.x, y - ellipse.y)
+    inside: Flags = along**2 + across**2 <= 1
     return inside
 
 

@@ -6,7 +6,7 @@ Their coordinates begin at the upper left corner of the picture, ours at the fir
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -73,10 +73,9 @@ def classes_of(recorded: Recording) -> dict[int, str]:
     }
 
 
-def labels_of(classes: Mapping[int, str] | Iterable[str], head: Header) -> list[str]:
+def labels_of(classes: Iterable[str], head: Header) -> list[str]:
     """Return all classes in the order of their first identities; at least one."""
-    names = classes.values() if isinstance(classes, Mapping) else classes
-    return list(dict.fromkeys(names)) or [head.label]
+    return list(dict.fromkeys(classes)) or [head.label]
 
 
 def label_or_none(name: str | None, usual: str) -> str | None:

@@ -60,11 +60,9 @@ def window_of(pixels: Bytes, ellipse: Ellipse) -> Window | None:
     if top >= bottom or left >= right:
         return None
     y, x = np.mgrid[top:bottom, left:right] - np.array([ellipse.y, ellipse.x])[:, None, None]
-    cos, sin = np.cos(ellipse.theta), np.sin(ellipse.theta)
-    along, across = (x * cos + y * sin) / ellipse.a, (y * cos - x * sin) / ellipse.b
     part = pixels[top:bottom, left:right].astype(np.intp) * LEVELS // 256
     bins = (part[..., 0] * LEVELS + part[..., 1]) * LEVELS + part[..., 2]
-    return Window(slice(top, bottom), slice(left, right), bins, np.hypot(along, across))
+    return Window(slice(top, bottom), slice(left, right), bins, np.hypot(*ellipse.inner(x, y)))
 
 
 def updated(colors: Colors | None, window: Window) -> Colors:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from motes.core.geometry import Ellipse
-from motes.synthetic.scenery import Floats, local, noise, to_bytes, window
+from motes.synthetic.scenery import Floats, noise, to_bytes, window
 
 Color = tuple[int, int, int]
 Colors = tuple[Color, Color, Color]
@@ -47,11 +47,11 @@ def paint(
     part, x, y = window(ellipse, 0.6 * small + 1, unhidden.shape)
     if not unhidden[part].size:
         return 0.0
-    u, v = local(x, y, ellipse)
+    u, v = ellipse.inner(x, y)
     radius, slope = np.hypot(u, v), np.hypot(u / ellipse.a, v / ellipse.b)
     distance = (radius - 1) * radius / np.maximum(slope, 1e-6)  # to the edge, in pixels
     seen = np.clip(0.5 - distance, 0, 1) * unhidden[part]
-    shadow = np.hypot(*local(x - 0.15 * small, y - 0.3 * small, ellipse))
+    shadow = np.hypot(*ellipse.inner(x - 0.15 * small, y - 0.3 * small))
     light = 1 - 0.5 * unhidden[part] * np.clip((1.25 - shadow) / 0.5, 0, 1)
 
     whole = np.array([2 * REACH * ellipse.a, 2 * REACH * ellipse.b])

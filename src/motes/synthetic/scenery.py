@@ -95,7 +95,7 @@ def _add_leaf(rng: np.random.Generator, ground: Floats, scale: float) -> None:
     part = ground[around]
 
     def inside(shift: float, softness: float) -> tuple[Floats, Floats, Floats]:
-        u, v = local(dx - shift, dy - 1.5 * shift, leaf)
+        u, v = leaf.inner(dx - shift, dy - 1.5 * shift)
         return u, v, np.clip((1 - u * u - np.abs(v)) * (leaf.b / softness) + 0.5, 0, 1)
 
     part *= 1 - 0.45 * inside(2.5 * scale, 4 * scale)[2][:, :, None]
@@ -157,12 +157,6 @@ def window(
     y = np.arange(top, bottom)[:, None] - ellipse.y
     part = slice(top, max(bottom, 0)), slice(left, max(right, 0))
     return part, x.astype(np.float32), y.astype(np.float32)
-
-
-def local(x: Floats, y: Floats, ellipse: Ellipse) -> tuple[Floats, Floats]:
-    """Return offsets from an ellipse's center in its own axes, in units of its half-axes."""
-    cos, sin = math.cos(ellipse.theta), math.sin(ellipse.theta)
-    return (x * cos + y * sin) / ellipse.a, (y * cos - x * sin) / ellipse.b
 
 
 def to_bytes(image: Floats) -> NDArray[np.uint8]:

@@ -14,7 +14,7 @@ from motes.core.geometry import Box
 from motes.core.track import Status, Track, check_listed
 from motes.mot.analytics.event import Event, Kind
 from motes.mot.analytics.ground_plane import Point
-from motes.mot.analytics.parts import UsualShape, whole_of
+from motes.mot.analytics.parts import KEPT, usual_of, whole_of
 from motes.mot.analytics.regions import (
     SETTLED,
     Line,
@@ -108,7 +108,7 @@ class EventCounter:
             places.check(*size)
             self._lines = {name: line.beyond(size) for name, line in self._lines.items()}
             self._zones = {name: zone.beyond(size) for name, zone in self._zones.items()}
-        self._shapes = {name: UsualShape() for name in self._lines}
+        self._shapes = {name: deque[float](maxlen=KEPT) for name in self._lines}
         self._seen: dict[int, Track] = {}
         self._paths: dict[int, Trajectory] = {}
         self._ended: list[Trajectory] = []
@@ -327,14 +327,14 @@ class EventCounter:
     def _begin_crossing(self, each: Track, path: Trajectory, name: str, crossed: Event) -> None:
         """Note a crossing, unless another part of the same vehicle has crossed the line before."""
         known = [other for other in self._seen.values() if other.identity in self._paths]
-        parts, shape = whole_of(each, known, self._paths, self._shapes[name].usual)
+        parts, shape = whole_of(each, known, self._paths, usual_of(self._shapes[name]))
         others = (self._paths[part] for part in parts if part != each.identity)
         if any(other.direction_at(name) == crossed.direction for other in others):
             self.left_out[name, PART] += 1
             path.pass_by(name, crossed.direction)
         else:
             path.pending[name] = crossed
-            self._shapes[name].add(shape)
+            self._shapes[name].append(shape)
 
     def _visit(self, each: Track, path: Trajectory, foot: Point, name: str, zone: Zone) -> None:
         """Note where an object is beside the edge of a zone, and what it does there."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections import deque
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -25,20 +24,9 @@ GAP = 0.2
 share."""
 
 
-class UsualShape:
-    """How many times as wide as high the objects are that pass a line."""
-
-    def __init__(self) -> None:
-        self._seen = deque[float](maxlen=KEPT)
-
-    def add(self, shape: float) -> None:
-        """Note the shape of an object that passes."""
-        self._seen.append(shape)
-
-    @property
-    def usual(self) -> float | None:
-        """The usual shape, None if it is unknown."""
-        return float(np.quantile(self._seen, USUAL)) if len(self._seen) >= FEW else None
+def usual_of(shapes: Sequence[float]) -> float | None:
+    """Return how many times as wide as high objects usually are, of those that have passed."""
+    return float(np.quantile(shapes, USUAL)) if len(shapes) >= FEW else None
 
 
 def whole_of(

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 
 from motes.core.config import Config
 from motes.core.errors import ConfigError
-from motes.core.geometry import clipped
+from motes.core.geometry import as_text, clipped
 from motes.mot.analytics.ground_plane import Ground, Point
 
 STROKE = 0.12
@@ -46,7 +46,7 @@ class Line(Config, frozen=True):
         if self.label[0] == self.label[1] or not all(self.label):
             raise ConfigError(f"The label of a line is two different names; got {self.label}.")
         if self.points[:2] == self.points[2:]:
-            raise ConfigError(f"A line needs two different points; got {_text(self.points)}.")
+            raise ConfigError(f"A line needs two different points; got {as_text(self.points)}.")
 
     @property
     def stroke(self) -> tuple[Point, Point]:
@@ -83,7 +83,9 @@ class Zone(Config, frozen=True):
     def __post_init__(self) -> None:
         super().__post_init__()
         if len(self.points) % 2:
-            raise ConfigError(f"A zone has an x and a y for each corner; got {_text(self.points)}.")
+            raise ConfigError(
+                f"A zone has an x and a y for each corner; got {as_text(self.points)}."
+            )
 
     @property
     def sides(self) -> list[tuple[Point, Point]]:
@@ -158,8 +160,8 @@ class Regions(Config, frozen=True):
             corners = np.reshape(place.points, (-1, 2))
             if np.max(corners) <= 1 or not len(clipped(corners, width - 1, height - 1)):
                 raise ConfigError(
-                    f"{name} ({_text(place.points)}) lies outside of the picture, {width}x{height} "
-                    f"pixels, or is given in shares of its sides; give pixels in it."
+                    f"{name} ({as_text(place.points)}) lies outside of the picture, {width}x"
+                    f"{height} pixels, or is given in shares of its sides; give pixels in it."
                 )
 
     @property
@@ -237,7 +239,3 @@ def _gap(start: Point, end: Point, point: Point) -> float:
     way = unit[0] * (point[0] - start[0]) + unit[1] * (point[1] - start[1])
     way = min(max(way, 0.0), length)
     return math.dist(point, (start[0] + way * unit[0], start[1] + way * unit[1]))
-
-
-def _text(points: Sequence[float]) -> str:
-    return ",".join(f"{value:g}" for value in points)

@@ -30,43 +30,26 @@ DRIFT_SIGMA = APART / 2
 learned filter may have drifted from the center of the target, but hardly to another place."""
 
 
-def placed(config: DiscriminativeConfig, state: DiscriminativeState, frame: Frame) -> StepInfo:
-    """Return the report where the user has placed the target: it has no particles."""
-    return _report(config, state, frame, NO_PARTICLES, None, LARGEST_LOG_ODDS, 1.0)
-
-
 def report(
     config: DiscriminativeConfig,
     state: DiscriminativeState,
     frame: Frame,
-    estimate: WindowEstimate,
-    ellipses: Floats,
+    estimate: WindowEstimate | None = None,
+    ellipses: Floats = NO_PARTICLES,
 ) -> StepInfo:
-    """Return the report of an estimate; its confidence is that the target is there, and is it.
+    """Return the report of an estimate, in the form of the first region.
 
-    While a lost target is searched for, the particles are those of the search. The state is that
-    after the frame; the weights of the particles (N, 5) are those of `estimate`.
+    Its confidence is that the target is there, and is it. While a lost target is searched for, the
+    particles are those of the search. The state is that after the frame; the weights of the
+    particles (N, 5) are those of the estimate. Without an estimate the user has placed the target,
+    which has no particles then: the track has the covariance and the effective sample size of
+    particles that all lie there.
     """
-    weights: Weights | None = estimate.weights
-    if not state.standing.trusted and len(state.search_particles):
-        ellipses, weights = state.search_particles, None
-    return _report(config, state, frame, ellipses, weights, estimate.evidence, estimate.similarity)
-
-
-def _report(
-    config: DiscriminativeConfig,
-    state: DiscriminativeState,
-    frame: Frame,
-    ellipses: Floats,
-    weights: Weights | None,
-    evidence: float,
-    similarity: float,
-) -> StepInfo:
-    """Return the estimate and the particles in the form of the first region.
-
-    Without weights, all particles have the same. Without particles, the track has the
-    covariance and the effective sample size of particles that all lie at the estimate.
-    """
+    evidence, similarity, weights = LARGEST_LOG_ODDS, 1.0, None
+    if estimate is not None:
+        evidence, similarity, weights = estimate.evidence, estimate.similarity, estimate.weights
+        if not state.standing.trusted and len(state.search_particles):
+            ellipses, weights = state.search_particles, None
     count = len(ellipses)
     if not count:
         ellipses = np.tile(np.array(state.ellipse), (config.particles, 1))

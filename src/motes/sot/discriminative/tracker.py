@@ -40,7 +40,6 @@ from motes.sot.discriminative.prediction import Light, small_picture
 from motes.sot.discriminative.report import (
     at_region,
     particles_of,
-    placed,
     report,
     reported_ellipse,
     reported_size,
@@ -100,7 +99,7 @@ class Discriminative(
             belief=Belief.begin(frame, box),
             network=NetworkTrack.begin(self.network, frame, box) if self.network else None,
         )
-        return state, placed(self, state, frame)
+        return state, report(self, state, frame)
 
     def step(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame
@@ -218,7 +217,7 @@ class Discriminative(
             belief=state.belief.placed(frame, box),
             network=state.network and state.network.placed(box),
         )
-        return state, placed(self, state, frame)
+        return state, report(self, state, frame)
 
     def typed(self, state: DiscriminativeState, frame: Frame) -> DiscriminativeState:
         """Return a saved state with the experts' models in their types."""
