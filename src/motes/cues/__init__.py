@@ -6,21 +6,6 @@ motes' own cues are keys of a configuration, as `motes config PRESET` lists them
 >>> config = motes.configure("nummiaro", {"color": color, "edges": {}})
 """
 
-from __future__ import annotations
+from lazy_loader import attach_stub
 
-from motes.cues.base import AdaptableCue, Cue, HistogramCue, bhattacharyya, visible
-from motes.cues.color import Color, ColorModel
-from motes.cues.sampling import sunflower
-from motes.cues.structure_tensor import Orientation
-
-__all__ = [
-    "AdaptableCue",
-    "Color",
-    "ColorModel",
-    "Cue",
-    "HistogramCue",
-    "Orientation",
-    "bhattacharyya",
-    "sunflower",
-    "visible",
-]
+__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)

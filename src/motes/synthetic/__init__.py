@@ -8,38 +8,6 @@ the textures and the grain of the pictures follow from `seed`.
 ...     track = tracker.update(frame) if frame.index else tracker.init(frame, truth.ellipse)
 """
 
-from __future__ import annotations
+from lazy_loader import attach_stub
 
-from motes.synthetic.beetle import Target
-from motes.synthetic.clips import (
-    Clip,
-    Truth,
-    crossing,
-    crowd,
-    demo,
-    growing,
-    jumping,
-    occluded,
-    rolling,
-    still,
-    turning,
-)
-from motes.synthetic.pitch import Pitch
-from motes.synthetic.street import Street
-
-__all__ = [
-    "Clip",
-    "Pitch",
-    "Street",
-    "Target",
-    "Truth",
-    "crossing",
-    "crowd",
-    "demo",
-    "growing",
-    "jumping",
-    "occluded",
-    "rolling",
-    "still",
-    "turning",
-]
+__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)
