@@ -25,7 +25,8 @@ from motes.kernels.structures import (
 )
 from oracles import mosaic
 
-STUBS = sorted(Path(kernels.__file__).parent.glob("*.pyi"))
+FOLDER = Path(kernels.__file__).parent
+STUBS = sorted({*FOLDER.glob("*.pyi")} - {FOLDER / "__init__.pyi"})
 PIXELS = mosaic(0, 60, 80)
 ELLIPSES = np.array([[40.0, 30, 9, 14, 0.3], [3, 2, 8, 5, 1.0], [79, 59, 20, 20, 0]])
 LATTICE = Reading(sunflower(100), PixelGrid(1, 1), kernels.sampling.GAUSSIAN)
@@ -48,6 +49,14 @@ def test_a_stub_has_what_the_extension_has(stub: Path) -> None:
         count = len(node.args.args)
         with pytest.raises(TypeError, match=f"^{name} takes {count} arguments, not {count + 1}$"):
             getattr(module, name)(*[None] * (count + 1))
+
+
+def test_the_stub_of_all_lists_what_the_extension_has() -> None:
+    listed, *_ = ast.parse((FOLDER / "__init__.pyi").read_text(encoding="utf-8")).body[1:]
+    assert isinstance(listed, ast.ImportFrom)
+    names = [each.name for each in listed.names]
+    assert names == [stub.stem for stub in STUBS]
+    assert {"INSTRUCTIONS", *names} == {*kernels.__all__} - {"has_avx2"}
 
 
 def calls(compiled: Any) -> dict[str, Any]:
