@@ -23,15 +23,7 @@ from pathlib import Path
 from motes.core.errors import ConfigError, InputError, MotesError
 from motes.core.files import check_ended, lines_of, read_text
 from motes.core.frame import WHOLE
-from motes.core.geometry import (
-    Box,
-    Ellipse,
-    as_ellipse,
-    as_region,
-    as_text,
-    check_angle,
-    region_within,
-)
+from motes.core.geometry import Box, Ellipse, as_ellipse, as_region, check_angle, region_within
 from motes.core.types import Numbers
 
 Region = Box | Ellipse
@@ -104,7 +96,9 @@ def keyframes(marks: Iterable[tuple[int, Numbers | None]]) -> dict[int, Region |
 
 def named(mark: Region | None) -> str:
     """Return a keyframe's region as text."""
-    return ABSENT if mark is None else as_text(mark)
+    if mark is None:
+        return ABSENT
+    return ",".join(f"{value:g}" for value in mark)
 
 
 def marks_of(frames: str, region: str) -> list[Mark]:
