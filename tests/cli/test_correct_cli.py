@@ -162,6 +162,12 @@ def test_of_several_objects_one_is_taken(go: Tell) -> None:
     assert (known.corrections, len(known.objects[2].corrections)) == ([], 2)
 
 
+def test_a_stretch_without_the_target_is_one_correction(go: Tell) -> None:
+    assert go(f"track FILM --init BOX -o rows.csv {OPTIONS} --end 9")[0] == 0
+    go.says("refine FILM rows.csv --absent 2:4 --absent 5", 0, "1 correction, ")
+    go.says("refine FILM rows.csv --at 1=BOX --absent 7:8", 0, "2 corrections, ")
+
+
 def test_what_is_left_of_one_of_several_objects_is_finished(go: Tell) -> None:
     """Also without --identity: it is known whose stretch is not finished."""
     assert go(f"track FILM {TWO} -o many.csv {OPTIONS} --end 6")[0] == 0

@@ -94,6 +94,12 @@ def keyframes(marks: Iterable[tuple[int, Numbers | None]]) -> dict[int, Region |
     return dict(sorted(found.items()))
 
 
+def number_of(marks: Marks) -> int:
+    """Return how many corrections marks are; frames without the target, side by side, are one."""
+    absent = {frame for frame, region in marks.items() if region is None}
+    return sum(frame not in absent or frame - 1 not in absent for frame in marks)
+
+
 def named(mark: Region | None) -> str:
     """Return a keyframe's region as text."""
     if mark is None:
