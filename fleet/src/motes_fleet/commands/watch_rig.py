@@ -6,11 +6,21 @@ import contextlib
 from collections.abc import Mapping
 from pathlib import Path
 
-from motes import ConfigError, Ellipse, FormatError, KnownTarget, SourceError, Track, TrackWriter
+from motes import (
+    ConfigError,
+    Ellipse,
+    FormatError,
+    KnownTarget,
+    SourceError,
+    Track,
+    TrackWriter,
+    open_source,
+)
 from motes.cli import DONE, NOT_FOUND, PARTIAL, check_not_source, default_output, log
 from motes.core import counted, interrupts
 from motes.mot import check_code
 from motes.rows import FORMS, FrameRow
+from motes.video import is_recorded
 from motes_fleet.cameras.camera_report import CameraMessage, CameraReport
 from motes_fleet.cameras.rig import RigRunner
 from motes_fleet.cameras.rig_config import Rig
@@ -52,6 +62,11 @@ def watch_rig(
     rig = Rig.load(file)
     for camera in rig.camera:
         check_code(camera.detector, own_code)
+        if is_recorded(camera.source):  # what is live may answer later
+            try:
+                open_source(camera.source, fps=camera.fps).close()
+            except SourceError as error:
+                raise SourceError(f"camera {camera.name}: {error}") from None
     output = default_output(file) if output is None else output
     if output != "-":
         for source in (file, *(camera.source for camera in rig.camera)):
