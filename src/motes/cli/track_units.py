@@ -76,8 +76,11 @@ def check_size(units: RealUnits | None, film: str, width: int, height: int) -> N
     if units is not None and units.lens is not None:
         _check_lens(units, units.lens, film, width, height)
     if units is not None and (scale := units.ground.scale) is not None:
-        log(f"With {scale:g} pixels per metre, the picture is {width / scale:.3g} x "
-            f"{height / scale:.3g} m.")  # fmt: skip
+        from numpy import format_float_positional  # never as 1.6e+03
+
+        sides = (format_float_positional(side / scale, 3, fractional=False, trim="-")
+                 for side in (width, height))  # fmt: skip
+        log(f"With {scale:g} pixels per metre, the picture is {' x '.join(sides)} m.")
 
 
 def _check_lens(units: RealUnits, lens: Lens, film: str, width: int, height: int) -> None:
