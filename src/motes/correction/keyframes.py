@@ -219,6 +219,15 @@ def _check_first(theta: float, titled: bool) -> None:
     raise ConfigError(f"theta begins with {theta:g}; {BOXES}")
 
 
+def untitled(path: str | Path, marks: Keyframes) -> str | None:
+    """Return what to know of a file without titles whose rows were read as ellipses; else None."""
+    if not any(isinstance(region, Ellipse) for region in marks.values()):
+        return None
+    if read_text(path, InputError).lstrip().lower().startswith(("frame", "film")):
+        return None
+    return f"its rows are read as frame,x,y,a,b,theta of ellipses; {BOXES}"
+
+
 def keyframes_of(path: str | Path, source: str) -> dict[int, Region | None]:
     """Return the keyframes of a source in a file: rows with its name, or rows without a name.
 
