@@ -201,10 +201,21 @@ def test_a_camera_that_fails_does_not_stop_the_others(go: Go) -> None:
     assert {(row[-1], row[2]) for row in rows} == {("hall", "1")}
 
 
-def test_a_recording_that_is_not_there_ends_the_run_before_it_begins(go: Go) -> None:
-    code, _, error = go(HALL + OFFICE.replace("office.mkv", "none.mkv"))
-    message = "camera office: There is no file or folder none.mkv; check the name."
-    assert (code, error) == (3, f"motes: error: {message}\n")
+@pytest.mark.parametrize(
+    ("text", "code", "words"),
+    [
+        (OFFICE.replace("office.mkv", "none.mkv"), 3, "There is no file or folder none.mkv; check"),
+        (f'{OFFICE}detector = "none.txt"', 3, "none.txt cannot be read: No such file"),
+        (f'{OFFICE}detector = "peple"', 2, "A detector is background, people, faces,"),
+        (f'{OFFICE}preset = "default"', 2, "Objects are followed by particle filters"),
+    ],
+)
+def test_a_wrong_name_ends_the_run_before_it_begins(
+    text: str, code: int, words: str, go: Go
+) -> None:
+    found, _, error = go(HALL + text)
+    assert (found, error.count("\n")) == (code, 1)
+    assert error.startswith(f"motes: error: camera office: {words}")
     assert not Path("r.csv").exists()
 
 
