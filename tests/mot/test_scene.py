@@ -429,3 +429,5 @@ def test_a_scenes_configuration_takes_the_changes_of_the_command() -> None:
     assert config == replace(plain, detections=DetectionSelection(every=5), camera="still")
     with pytest.raises(ConfigError, match="did you mean 'every'"):
         scene_config("nummiaro", {"detections": {"evry": 5}})
+    with pytest.raises(ConfigError, match="Give changes such as"):
+        scene_config("nummiaro", 5)  # type: ignore[arg-type]

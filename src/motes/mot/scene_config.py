@@ -137,6 +137,10 @@ def scene_config(
     )
     scene = SceneConfig(tracker=replace(config, presence=presence))
     for change in changes:
+        if not isinstance(change, Mapping):
+            raise ConfigError(
+                f"Give changes such as {{'detections': {{'every': 5}}}}; got {change!r}."
+            )
         scene = from_dict(merge(scene.to_dict(), change), SceneConfig)
     return scene
 
