@@ -107,6 +107,15 @@ def ended_in_frame_12(written: int) -> Iterator[None]:
         yield
 
 
+def test_six_numbers_without_titles_are_said_to_be_ellipses(go: Tell) -> None:
+    """They may be a box with its score."""
+    line = f"track FILM --keyframes keys.csv -o rows.csv {OPTIONS} --end 4 --overwrite"
+    said = "keys.csv: its rows are read as frame,x,y,a,b,theta of ellipses; if the numbers are"
+    for titles, told in (("", True), ("frame,x,y,a,b,theta\n", False)):
+        Path("keys.csv").write_text(f"{titles}0,44,44,15,20,0.9\n")
+        go.says(line, 0, said, told=told)
+
+
 def test_rows_between_keyframes(go: Tell) -> None:
     Path("keys.csv").write_text("20,BOX\n10:11,absent\n".replace("BOX", BOX))
     line = f"track FILM --keyframes keys.csv --at 4=BOX -o rows.csv {OPTIONS}"
@@ -160,6 +169,12 @@ def test_of_several_objects_one_is_taken(go: Tell) -> None:
     assert go("refine FILM many.csv --identity 2 --at 2=BOX")[0] == 0
     known = History.load(Path("many.csv.run.json"))
     assert (known.corrections, len(known.objects[2].corrections)) == ([], 2)
+
+
+def test_a_stretch_without_the_target_is_one_correction(go: Tell) -> None:
+    assert go(f"track FILM --init BOX -o rows.csv {OPTIONS} --end 9")[0] == 0
+    go.says("refine FILM rows.csv --absent 2:4 --absent 5", 0, "1 correction, ")
+    go.says("refine FILM rows.csv --at 1=BOX --absent 7:8", 0, "2 corrections, ")
 
 
 def test_what_is_left_of_one_of_several_objects_is_finished(go: Tell) -> None:

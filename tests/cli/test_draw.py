@@ -102,6 +102,18 @@ def test_rows_of_one_object_are_those_of_a_target(go: Tell) -> None:
     assert go("draw film.mkv boxes.csv --masks masks")[0] == 0
 
 
+def test_of_several_objects_one_is_drawn(go: Tell) -> None:
+    """Also of a scene that was watched, whose rows remember it."""
+    assert go("watch film.mkv -o seen.csv")[0] in (0, 4)
+    first, row, *more = Path("seen.csv").read_text().splitlines()
+    Path("seen.csv").write_text("\n".join([first, row.replace(",1,,", ",2,,"), *more, ""]))
+    go.says("draw film.mkv seen.csv --figures f --identity 3", 2, "no object 3; it has 1, 2.")
+    assert go("draw film.mkv seen.csv --figures f --masks m --identity 2 --scale 9")[0] == 0
+    assert {path.name for path in Path("f").iterdir()} == {
+        f"seen.{name}.pdf" for name in ("path", "size", "speed")
+    }
+
+
 @pytest.mark.slow
 def test_speeds_are_of_the_file_or_of_the_units(go: Tell, said: list[str]) -> None:
     """A box that walks 50 pixels a second, 10 pixels a metre, has 5 m/s beside its status."""
@@ -299,7 +311,7 @@ def bad(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("draw film.mkv nan.csv -o a.mkv", 3, "nan.csv"),
         ("draw film.mkv damaged.csv -o a.mkv", 3, "damaged.csv.run.json"),
         ("draw film.mkv empty.csv -o a.mkv", 3, "empty.csv is empty"),
-        ("draw film.mkv objects.csv --masks a", 2, "one target; motes convert --identity makes"),
+        ("draw film.mkv objects.csv --masks a", 2, "one target; choose one with --identity N."),
         ("draw film.mkv objects.csv --scale 9 --figures a", 2, "--scale is for rows of one target"),
     ],
 )

@@ -122,5 +122,5 @@ def test_how_large_a_scale_makes_the_picture_is_said(go: Tell) -> None:
     """So a scale in pixels per centimetre, or in metres per pixel, is seen at once."""
     large = "With 20 pixels per metre, the picture is 6 x 4.5 m.\n"
     assert go.says(f"{TRACK} --scale 20", 0, large).count(large) == 1
-    large = "With 0.05 pixels per metre, the picture is 2.4e+03 x 1.8e+03 m."
+    large = "With 0.05 pixels per metre, the picture is 2400 x 1800 m."
     go.says("convert rows.csv metres.csv --video film --scale 0.05", 0, large)

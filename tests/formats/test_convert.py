@@ -244,6 +244,14 @@ def test_an_object_goes_on_between_images_that_were_picked(go: Tell) -> None:
         assert Path(f"a.yolo/labels/frame_{frame:06d}.txt").read_text()
 
 
+def test_several_objects_have_no_folder_of_masks(go: Tell) -> None:
+    """Nothing would tell whose a white pixel is."""
+    said = "A folder of masks holds one object, and there are several; choose one with --identity"
+    go.says("convert two.json masks", 5, said)
+    assert not Path("masks").exists()
+    assert go("convert two.json masks --identity 1")[0] == 0
+
+
 def test_two_images_of_one_name_have_no_labels(go: Tell) -> None:
     film(range(2))
     Image.open("film/1.png").save("film/1.bmp")

@@ -511,7 +511,10 @@ def test_what_is_not_clear_is_refused(made: Any, reason: str, tmp_path: Path) ->
         ('[{"name": "a-01.jpg", "labels": [{"box2d": {"x1": 1}}]}]', "list in JSON of another"),
         ('[{"image": "1.png", "annotations": [{"coordinates": {}}]}]', "list in JSON of another"),
         ('{"videos": [], "annotations": [{"video_id": 1}]}', "it is JSON of another tool"),
-        ("frame,id,left,top,width,height\r0,1,1,2,3,4\r", "new-line character"),
+        (
+            "frame,id,left,top,width,height\r0,1,1,2,3,4\r",
+            "its lines end in carriage returns alone",
+        ),
         ('{"info": {}, "categories": {}, "items": [{"id": "a"}]}', "dataset of Datumaro"),
         ('{"version": "5.0.1", "shapes": [{"points": [[1, 2], [3, 4]]}]}', "picture of labelme"),
         ('{"a.jpg9": {"filename": "a.jpg", "regions": []}}', "project of VIA"),

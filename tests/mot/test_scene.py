@@ -421,3 +421,13 @@ def test_images_are_watched_as_they_are_updated(ahead: bool) -> None:
     watched += [told for _, tracks in one.watch(images[3:], ahead=ahead) for told in tracks]
     updated = [told for image in images for told in other.update(image)]
     assert [(t.frame, t.box) for t in watched] == [(t.frame, t.box) for t in updated]
+
+
+def test_a_scenes_configuration_takes_the_changes_of_the_command() -> None:
+    config = scene_config("nummiaro", {"detections": {"every": 5}}, {"camera": "still"})
+    plain = scene_config("nummiaro")
+    assert config == replace(plain, detections=DetectionSelection(every=5), camera="still")
+    with pytest.raises(ConfigError, match="did you mean 'every'"):
+        scene_config("nummiaro", {"detections": {"evry": 5}})
+    with pytest.raises(ConfigError, match="Give changes such as"):
+        scene_config("nummiaro", 5)  # type: ignore[arg-type]

@@ -191,15 +191,32 @@ def test_recordings_go_in_step(slow: str, monkeypatch: pytest.MonkeyPatch) -> No
 
 
 @pytest.mark.slow
-def test_a_camera_that_cannot_be_read_does_not_stop_the_others(go: Go) -> None:
-    code, out, error = go(HALL + OFFICE.replace("office.mkv", "none.mkv"), "-o -")
+def test_a_camera_that_fails_does_not_stop_the_others(go: Go) -> None:
+    code, out, error = go(HALL + OFFICE.replace("[0, 0,", "[950, 0,"), "-o -")
     assert code == 6
-    assert error.count("none.mkv") == 1
-    assert "camera office: There is no file or folder none.mkv; check the name." in error
+    assert error.count("camera office: Place 'door' lies outside the frame") == 1
     assert "hall 70, office 0 frames; 1 object, 0 times handed over" in error
     rows = [line.split(",") for line in out.splitlines()[1:]]
     assert len(rows) > 30
     assert {(row[-1], row[2]) for row in rows} == {("hall", "1")}
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "words"),
+    [
+        (OFFICE.replace("office.mkv", "none.mkv"), 3, "There is no file or folder none.mkv; check"),
+        (f'{OFFICE}detector = "none.txt"', 3, "none.txt cannot be read: No such file"),
+        (f'{OFFICE}detector = "peple"', 2, "A detector is background, people, faces,"),
+        (f'{OFFICE}preset = "default"', 2, "Objects are followed by particle filters"),
+    ],
+)
+def test_a_wrong_name_ends_the_run_before_it_begins(
+    text: str, code: int, words: str, go: Go
+) -> None:
+    found, _, error = go(HALL + text)
+    assert (found, error.count("\n")) == (code, 1)
+    assert error.startswith(f"motes: error: camera office: {words}")
+    assert not Path("r.csv").exists()
 
 
 @pytest.mark.slow

@@ -133,7 +133,7 @@ def convert(
     recorded = registry.read(rows, source, facts)
     _check_times(recorded, rows, facts, fps)
     if identity is not None:
-        recorded = _only(recorded, identity, rows)
+        recorded = recorded.only(identity, rows)
         known = known and known.of(identity)
     if plane := units.units():
         recorded = _measured(recorded, plane, form)
@@ -319,19 +319,3 @@ def _measured(recorded: Recording, plane: RealUnits, form: str) -> Recording:
 
     frames = [replace(row, objects=tuple(map(placed, row.objects))) for row in recorded]
     return dataclasses.replace(recorded, frames=frames)
-
-
-def _only(recorded: Recording, identity: int, rows: Path) -> Recording:
-    """Return only the object with an identity; raise a ConfigError if there is none."""
-    kept = [
-        replace(
-            row,
-            objects=tuple(each for each in row.objects if each.identity == identity),
-            searched=tuple(each for each in row.searched if each == identity),
-        )
-        for row in recorded
-    ]
-    if not any(row.objects for row in kept):
-        known = sorted({each.identity for row in recorded for each in row.objects})
-        raise ConfigError(f"{rows} has no object {identity}; it has {str(known[:20])[1:-1]}.")
-    return dataclasses.replace(recorded, frames=kept)

@@ -23,7 +23,16 @@ from motes.cli.input_checks import (
     refuse,
 )
 from motes.cli.known_run import beside
-from motes.cli.option_groups import OUTPUT, FileName, Fps, OutputFile, Overwrite, options, say_rate
+from motes.cli.option_groups import (
+    OUTPUT,
+    FileName,
+    Fps,
+    Identity,
+    OutputFile,
+    Overwrite,
+    options,
+    say_rate,
+)
 from motes.cli.pictures import Heatmap, Masks, MotionFigures, Paths, Slits
 from motes.cli.track_units import UnitOptions, check_size
 from motes.cli.watch_loop import counted_moments
@@ -85,9 +94,7 @@ class DrawOutputs:
     def of_objects(self, film: Source, name: str, regions: Regions) -> list[Sink]:
         """Return the outputs of rows of several objects."""
         if self.masks is not None:
-            raise ConfigError(
-                "--masks is for rows of one target; motes convert --identity makes such rows."
-            )
+            raise ConfigError("--masks is for rows of one target; choose one with --identity N.")
         opened, anew = list[Sink](), self.overwrite
         if self.output is not None:
             painter = ScenePainter(regions)
@@ -106,6 +113,7 @@ def draw(
     rows: Path,
     /,
     *,
+    identity: Identity = None,
     outputs: DrawOutputs = DrawOutputs(),
     from_: Annotated[str | None, Parameter(name="--from")] = None,
     fps: Fps = None,
@@ -145,7 +153,7 @@ def draw(
         prepared_folder(masks and masks.parent, [], outputs.overwrite),
     ):
         say_rate(film)
-        given = rows_in(rows, from_, film, source, known)
+        given = rows_in(rows, from_, film, source, known, identity)
         plane = _units(rows, units, known)
         if given.metres and known is None:
             refuse(units.given, f"for rows without metres, and {rows} has them")
@@ -225,12 +233,18 @@ class Given:
 
 
 def rows_in(
-    path: Path, form: str | None, film: Source, source: str, known: History | None
+    path: Path,
+    form: str | None,
+    film: Source,
+    source: str,
+    known: History | None,
+    identity: int | None,
 ) -> Given:
-    """Return the rows in a file of any format; those of one object, unless a scene was watched.
+    """Return the rows in a file of any format, or those of one object with an identity.
 
-    Raises a MotesError if it cannot be read, or is of another film than that of `source`, which is
-    open.
+    A single object is a target, unless a scene was watched and none was chosen. Raises a MotesError
+    if the file cannot be read, has no such object, or is of another film than that of `source`,
+    which is open.
     """
     form = form or registry.recognized(path)
     read = None if film.even_rate else Film.quickly(source)
@@ -239,10 +253,12 @@ def rows_in(
         times=() if read is None else read.times,
     )  # fmt: skip
     recorded = registry.read(path, form, facts)
+    if identity is not None:
+        recorded = recorded.only(identity, path)
     rows = {row.frame: row for row in recorded}
     identities = {each.identity for row in rows.values() for each in row.objects}
     alone = len(identities) == 1 and ANONYMOUS not in identities
-    watched = known is not None and known.places is not None
+    watched = known is not None and known.places is not None and identity is None
     single = registry.FORMATS.resolve(form).single or (alone and not watched)
     timed = form in ("csv", "jsonl", "parquet", "journal")
     given = Given(path, rows, single, timed, recorded.stride)

@@ -19,6 +19,7 @@ from motes.core import interrupts
 from motes.core.errors import ConfigError, counted
 from motes.core.files import check_writable
 from motes.correction.history import History
+from motes.correction.keyframes import number_of
 
 app = App(name="refine", help_epilogue=TRACKER_HELP, help_format="plaintext")
 
@@ -77,7 +78,7 @@ def refine(
         whole = known or replace(history, start=0, end=history.frames, corrections=[])
     made, interrupted = refine_rows(film, table, history, after, goal, whole)
     log(
-        f"{interrupts.word(interrupted)}{counted(len(dict(new)), 'correction')}, "
+        f"{interrupts.word(interrupted)}{counted(number_of(dict(new)), 'correction')}, "
         f"{counted(made, 'row')} of {len(table.frames)} made anew; wrote {goal}."
     )
     return interrupts.code(interrupted) if interrupted else DONE

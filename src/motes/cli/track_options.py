@@ -120,12 +120,15 @@ class KeyframeOptions:
         read, or has keyframes of other films only.
         """
         from motes.core.geometry import as_ellipse, check_angle
-        from motes.correction.keyframes import ABSENT, keyframes_of, marks_of
+        from motes.correction.keyframes import ABSENT, keyframes_of, marks_of, untitled
 
         found: list[Mark] = []
         if self.keyframes is not None:
             with other_format_named(self.keyframes):
-                found += keyframes_of(self.keyframes, source).items()
+                known = keyframes_of(self.keyframes, source)
+            if (note := untitled(self.keyframes, known)) is not None:
+                log(f"{self.keyframes}: {note}")
+            found += known.items()
         for text in self.at or []:
             frame, equals, region = text.partition("=")
             if not equals:

@@ -14,6 +14,7 @@ from motes.core.errors import ConfigError, counted
 from motes.core.track import Track
 
 if TYPE_CHECKING:
+    from motes.mot.analytics.ground_plane import Ground
     from motes.mot.analytics.lens import Lens
     from motes.mot.analytics.real_units import GroundMotion, RealUnits
 
@@ -44,14 +45,12 @@ class UnitOptions:
         """
         if self.scale is None and self.ground is None and self.lens is None:
             return None
-        from motes.mot.analytics.ground_plane import Ground
         from motes.mot.analytics.lens import Lens
         from motes.mot.analytics.real_units import RealUnits
         from motes.mot.analytics.regions import Regions
 
         if (self.scale is None) == (self.ground is None):
             raise ConfigError("Give either --scale or --ground; --lens needs one of them.")
-        plane: Ground | None = None
         if self.ground is not None:
             plane = Regions.load(self.ground).ground
             if plane is None:
@@ -59,12 +58,17 @@ class UnitOptions:
                     f"{self.ground}: it has no [ground]; add scale, homography or points."
                 )
         else:
-            if not 1e-9 <= self.scale <= 1e9:  # type: ignore[operator]
-                raise ConfigError(
-                    f"--scale is {self.scale:g}; give pixels per metre, from 1e-9 to 1e9."
-                )
-            plane = Ground(self.scale)
+            plane = ground_of(self.scale)  # type: ignore[arg-type]
         return RealUnits(plane, None if self.lens is None else Lens.load(self.lens))
+
+
+def ground_of(scale: float) -> Ground:
+    """Return the ground of --scale; raise a ConfigError if it is none."""
+    from motes.mot.analytics.ground_plane import Ground
+
+    if not 1e-9 <= scale <= 1e9:
+        raise ConfigError(f"--scale is {scale:g}; give pixels per metre, from 1e-9 to 1e9.")
+    return Ground(scale)
 
 
 def check_size(units: RealUnits | None, film: str, width: int, height: int) -> None:
@@ -76,8 +80,11 @@ def check_size(units: RealUnits | None, film: str, width: int, height: int) -> N
     if units is not None and units.lens is not None:
         _check_lens(units, units.lens, film, width, height)
     if units is not None and (scale := units.ground.scale) is not None:
-        log(f"With {scale:g} pixels per metre, the picture is {width / scale:.3g} x "
-            f"{height / scale:.3g} m.")  # fmt: skip
+        from numpy import format_float_positional  # never as 1.6e+03
+
+        sides = (format_float_positional(side / scale, 3, fractional=False, trim="-")
+                 for side in (width, height))  # fmt: skip
+        log(f"With {scale:g} pixels per metre, the picture is {' x '.join(sides)} m.")
 
 
 def _check_lens(units: RealUnits, lens: Lens, film: str, width: int, height: int) -> None:

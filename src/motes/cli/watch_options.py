@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Group, Parameter
 
-from motes.cli.input_checks import error_context, numbers_of
+from motes.cli.input_checks import numbers_of
 from motes.cli.option_groups import (
     FLAG,
     HYPHEN,
@@ -19,6 +19,7 @@ from motes.cli.option_groups import (
     OutputOptions,
     options,
 )
+from motes.cli.track_units import ground_of
 from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -97,8 +98,7 @@ class CountingOptions:
         """
         from msgspec.structs import replace
 
-        from motes.mot.analytics.ground_plane import Ground
-        from motes.mot.analytics.regions import Line, Regions, Zone
+        from motes.mot.analytics.regions import SETTLED, Line, Regions, Zone
 
         given = Regions() if self.places is None else Regions.load(self.places)
         if self.places is not None and given == Regions():
@@ -112,8 +112,7 @@ class CountingOptions:
         if self.scale is not None:
             if ground is not None:
                 raise ConfigError(f"--scale and [ground] in {self.places} contradict each other.")
-            with error_context("--scale"):
-                ground = Ground(self.scale)
+            ground = ground_of(self.scale)
         lines_given = given.line + added.line
         if self.turns and len(lines_given) < 2:
             raise ConfigError("--turns counts from line to line; give two with --line or --places.")
@@ -121,8 +120,9 @@ class CountingOptions:
         if self.dwell is not None:
             if not zones:
                 raise ConfigError("--dwell is for zones; give one with --zone or --places.")
-            with error_context("--dwell"):
-                zones = tuple(replace(zone, dwell=zone.dwell or self.dwell) for zone in zones)
+            if not SETTLED <= self.dwell <= 1e9:
+                raise ConfigError(f"--dwell is {self.dwell:g}; give seconds, from {SETTLED:g} on.")
+            zones = tuple(replace(zone, dwell=zone.dwell or self.dwell) for zone in zones)
         return Regions(lines_given, zones, ground)
 
 

@@ -94,6 +94,12 @@ def keyframes(marks: Iterable[tuple[int, Numbers | None]]) -> dict[int, Region |
     return dict(sorted(found.items()))
 
 
+def number_of(marks: Marks) -> int:
+    """Return how many corrections marks are; frames without the target, side by side, are one."""
+    absent = {frame for frame, region in marks.items() if region is None}
+    return sum(frame not in absent or frame - 1 not in absent for frame in marks)
+
+
 def named(mark: Region | None) -> str:
     """Return a keyframe's region as text."""
     if mark is None:
@@ -211,6 +217,15 @@ def _check_first(theta: float, titled: bool) -> None:
     if titled or theta <= 0 or (theta <= math.pi and theta % 1):  # a height is whole
         return check_angle(theta)
     raise ConfigError(f"theta begins with {theta:g}; {BOXES}")
+
+
+def untitled(path: str | Path, marks: Keyframes) -> str | None:
+    """Return what to know of a file without titles whose rows were read as ellipses; else None."""
+    if not any(isinstance(region, Ellipse) for region in marks.values()):
+        return None
+    if read_text(path, InputError).lstrip().lower().startswith(("frame", "film")):
+        return None
+    return f"its rows are read as frame,x,y,a,b,theta of ellipses; {BOXES}"
 
 
 def keyframes_of(path: str | Path, source: str) -> dict[int, Region | None]:

@@ -15,11 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.errors import FormatError
-from motes.core.files import read_text
 from motes.core.geometry import Ellipse, as_ellipse
 from motes.core.track import Status, Track
 from motes.core.types import Floats
-from motes.correction.keyframes import BOXES, read_keyframes
+from motes.correction.keyframes import read_keyframes, untitled
 from motes.formats.recording import FilmFacts, Recording, placed, sound
 from motes.formats.shapes import Corners, visible_box
 from motes.formats.text import at
@@ -163,6 +162,5 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     found = Recording.of(facts, objects, dict.fromkeys(marks))
     if not any(isinstance(region, Ellipse) for region in marks.values()):
         return replace(found, listed=True, notes=[CORNER])
-    titled = read_text(path, FormatError).lstrip().lower().startswith(("frame", "film"))
-    notes = [] if titled else [f"its rows are read as frame,x,y,a,b,theta of ellipses; {BOXES}"]
-    return replace(found, listed=True, ellipses={1}, notes=notes)
+    note = untitled(path, marks)
+    return replace(found, listed=True, ellipses={1}, notes=[] if note is None else [note])

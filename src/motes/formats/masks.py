@@ -5,7 +5,7 @@ From the fourth on, each is written as its difference to the one two places befo
 five bits in a character, the lowest first; a sixth bit marks that more follow.
 https://github.com/cocodataset/cocoapi (common/maskApi.c, rleToString) defines the text.
 
-A picture, PNG, is white where the objects are, and has the name of the frame's image. An object
+A picture, PNG, is white where the object is, and has the name of the frame's image. An object
 without a mask of its own fills its ellipse.
 """
 
@@ -22,20 +22,21 @@ from motes.core.geometry import Ellipse
 from motes.core.types import Flags
 from motes.formats.recording import Recording
 from motes.formats.shapes import stem_of
-from motes.formats.visibility import visible
 from motes.output.overlay import png
 
 
 def write(recorded: Recording) -> Iterator[tuple[str, bytes]]:
-    """Yield the names and contents of the pictures."""
+    """Yield the names and contents of the pictures; raise a FormatError if objects are several."""
     height, width = recorded.head.height, recorded.head.width
+    here = recorded.only_object("A folder of masks")
     for row in recorded:
-        white = np.zeros((height, width), np.bool_)
-        for each in visible(row):
-            if each.mask is None:
-                white |= _inside(each.ellipse, height, width)
-            else:
-                white |= decode(each.mask, height, width)
+        each = here.get(row.frame)
+        if each is None:
+            white = np.zeros((height, width), np.bool_)
+        elif each.mask is None:
+            white = _inside(each.ellipse, height, width)
+        else:
+            white = decode(each.mask, height, width)
         yield f"{stem_of(row)}.png", png(255 * white.astype(np.uint8))
 
 

@@ -6,12 +6,13 @@ import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from pathlib import Path
 from typing import Self
 
 import numpy as np
 from msgspec import structs
 
-from motes.core.errors import FormatError
+from motes.core.errors import ConfigError, FormatError
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.geometry import FARTHEST, Box, Ellipse
 from motes.core.labels import check_label
@@ -150,6 +151,21 @@ class Recording:
 
     def __iter__(self) -> Iterator[FrameRow]:
         return iter(self.frames)
+
+    def only(self, identity: int, path: Path) -> Recording:
+        """Return only the object with an identity; raise a ConfigError if `path` has none."""
+        kept = [
+            structs.replace(
+                row,
+                objects=tuple(each for each in row.objects if each.identity == identity),
+                searched=tuple(each for each in row.searched if each == identity),
+            )
+            for row in self
+        ]
+        if not any(row.objects for row in kept):
+            known = sorted({each.identity for row in self for each in row.objects})
+            raise ConfigError(f"{path} has no object {identity}; it has {str(known[:20])[1:-1]}.")
+        return replace(self, frames=kept)
 
     def only_object(self, what: str) -> dict[int, Track]:
         """Return the one object by frame, where it is visible.

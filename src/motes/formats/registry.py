@@ -37,7 +37,7 @@ from motes.formats.visibility import (
     certain,
     marked,
 )
-from motes.rows.reader import SEPARATED
+from motes.rows.reader import OLD_LINES, SEPARATED
 
 UNKNOWN, UNSEEN = {"status": Status.SEARCHING}, {"status": Status.OCCLUDED}
 """A guess in formats that cannot mark it, so that it is not there, and in those that can."""
@@ -263,6 +263,8 @@ def _of_text(head: bytes, path: Path) -> str | None:
     if b"\0" in head:
         raise ValueError("it is no text, or one in UTF-16; save it as UTF-8")
     text = head.decode("utf-8-sig", errors="replace").lstrip()
+    if "\r" in text and "\n" not in text:
+        raise ValueError(OLD_LINES)
     first = text.partition("\n")[0].strip()
     if not first:
         raise ValueError("it is empty; make the file anew")

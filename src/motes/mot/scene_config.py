@@ -114,13 +114,19 @@ class SceneConfig(Config, frozen=True):
         return replace(self, association=association)
 
 
-def scene_config(tracker: str | ParticleFilter = "nummiaro:adaptive") -> SceneConfig:
+def scene_config(
+    tracker: str | ParticleFilter = "nummiaro:adaptive", *changes: Mapping[str, Any]
+) -> SceneConfig:
     """Return the configuration of a scene whose objects are followed by a preset.
+
+    `changes` are laid over it, from plain nested values, such as {"detections": {"every": 5}};
+    `motes config --watch` lists the keys.
 
     Raises
     ------
     ConfigError
-        If the preset is unknown or no particle filter.
+        If the preset is unknown or no particle filter, or for an unknown key, or a value that does
+        not fit.
     """
     config = preset(tracker) if isinstance(tracker, str) else tracker
     if not isinstance(config, ParticleFilter):
@@ -129,7 +135,14 @@ def scene_config(tracker: str | ParticleFilter = "nummiaro:adaptive") -> SceneCo
     presence = replace(
         config.presence, max_positions=min(config.presence.max_positions, MAX_POSITIONS)
     )
-    return SceneConfig(tracker=replace(config, presence=presence))
+    scene = SceneConfig(tracker=replace(config, presence=presence))
+    for change in changes:
+        if not isinstance(change, Mapping):
+            raise ConfigError(
+                f"Give changes such as {{'detections': {{'every': 5}}}}; got {change!r}."
+            )
+        scene = from_dict(merge(scene.to_dict(), change), SceneConfig)
+    return scene
 
 
 DETECTORS = Registry[type[DetectorConfig]](

@@ -19,6 +19,7 @@ from motes.core.files import as_path, check_ended, lines_of, read_text
 from motes.core.labels import check_label, unguarded
 from motes.rows.schema import NUMBERS, TEXT, WHOLE, Form, form_of
 
+OLD_LINES = "its lines end in carriage returns alone; save it anew, in UTF-8"
 SEPARATED = "its columns are separated by {!r}; write commas, and decimal points"
 """What is wrong with a table of a spreadsheet whose numbers have decimal commas."""
 TYPES: dict[str, type] = {
@@ -109,6 +110,8 @@ def _parquet_rows(path: str | Path) -> Iterator[Sequence[Any]]:
 
 
 def _csv_lines(text: str) -> Iterator[Sequence[Any]]:
+    if "\r" in text and "\n" not in text:
+        raise ValueError(OLD_LINES)
     lines = csv.reader(io.StringIO(text), strict=True, skipinitialspace=True)
     yield [title.strip() for title in next(lines, ())]
     for row in lines:

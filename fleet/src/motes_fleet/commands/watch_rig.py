@@ -6,14 +6,27 @@ import contextlib
 from collections.abc import Mapping
 from pathlib import Path
 
-from motes import ConfigError, Ellipse, FormatError, KnownTarget, SourceError, Track, TrackWriter
+from motes import (
+    ConfigError,
+    Ellipse,
+    FormatError,
+    KnownTarget,
+    MotesError,
+    SourceError,
+    Track,
+    TrackWriter,
+    named_detector,
+    open_source,
+)
 from motes.cli import DONE, NOT_FOUND, PARTIAL, check_not_source, default_output, log
 from motes.core import counted, interrupts
-from motes.mot import check_code
+from motes.mot import WatchConfig, check_code
 from motes.rows import FORMS, FrameRow
+from motes.video import is_recorded
+from motes_fleet.cameras.camera_loop import PRESET
 from motes_fleet.cameras.camera_report import CameraMessage, CameraReport
 from motes_fleet.cameras.rig import RigRunner
-from motes_fleet.cameras.rig_config import Rig
+from motes_fleet.cameras.rig_config import Camera, Rig
 
 
 def frame_row(report: CameraReport, identities: Mapping[int, int]) -> FrameRow:
@@ -38,6 +51,18 @@ def _target(path: Path) -> KnownTarget:
         raise SourceError(str(error)) from None
 
 
+def _check(camera: Camera) -> None:
+    """Raise a MotesError that names a camera of which a name is wrong, or a file is missing."""
+    try:
+        WatchConfig.of(camera.preset or PRESET).changed({}, detector=camera.detector)
+        if (camera.detector or "").endswith((".txt", ".onnx")):
+            named_detector(camera.detector)
+        if is_recorded(camera.source):  # what is live may answer later
+            open_source(camera.source, fps=camera.fps).close()
+    except MotesError as error:
+        raise type(error)(f"camera {camera.name}: {error}") from None
+
+
 def watch_rig(
     file: str,
     output: str | None,
@@ -52,6 +77,7 @@ def watch_rig(
     rig = Rig.load(file)
     for camera in rig.camera:
         check_code(camera.detector, own_code)
+        _check(camera)
     output = default_output(file) if output is None else output
     if output != "-":
         for source in (file, *(camera.source for camera in rig.camera)):
