@@ -167,15 +167,27 @@ def spinning(degrees: float, count: int) -> list[Frame]:
     return frames
 
 
-@pytest.mark.parametrize(("degrees", "side"), [(20.0, 1), (-20.0, -1), (0.0, 0)])
-def test_a_turned_target_is_seen_as_turned(degrees: float, side: int) -> None:
-    frames, config = spinning(degrees, 2), Discriminative()
+@pytest.mark.parametrize(
+    ("degrees", "window", "prior", "theta"),
+    [
+        (20.0, 0.0, -2.0, TURN),
+        (-20.0, 0.0, -2.0, -TURN),
+        (0.0, 0.0, -2.0, 0.0),
+        (0.0, 4 * TURN, -2.0, 0.0),  # not by a step back: its angle is that of the first frame
+        (20.0, 0.0, -30.0, 0.0),  # it is not seen, turned or not
+    ],
+)
+def test_a_target_is_seen_as_it_is_turned(
+    degrees: float, window: float, prior: float, theta: float
+) -> None:
+    frames, config = spinning(degrees, 2), Discriminative(evidence=Evidence(prior=prior))
     rng, region = np.random.default_rng(0), Ellipse.from_box(Box(128.0, 104.0, 65.0, 33.0))
     state, _ = config.init(rng, frames[0], region)
-    sights = config.experts.look(state.experts, frames[1], state.ellipse)
-    look = localize(config, rng, state, frames[1], state.ellipse, sights)
+    place = state.ellipse._replace(theta=window)
+    sights = config.experts.look(state.experts, frames[1], place)
+    look = localize(config, rng, state, frames[1], place, sights)
     found = turned(config, rng, state, frames[1], look)
-    assert found.pose.theta == side * TURN
+    assert found.pose.theta == theta
     assert found.evidence >= look.evidence
     assert found.pose[:2] == pytest.approx((160, 120), abs=3)
 

@@ -135,12 +135,23 @@ def turned(
     frame: Frame,
     estimate: WindowEstimate,
 ) -> WindowEstimate:
-    """Return the estimate, or one of a window turned to either side with more evidence."""
-    pose = estimate.pose
-    windows = [pose._replace(theta=pose.theta + turn) for turn in (-TURN, TURN)]
-    estimates = [localize(config, rng, state, frame, one, estimate.sights) for one in windows]
-    best = max(estimates, key=lambda each: each.evidence)
-    return best if best.evidence > estimate.evidence + TURN_GAIN else estimate
+    """Return the estimate, or one with more evidence of a window turned to either side, or back.
+
+    A target that is not seen there either is not turned: noise would turn it on and on. Back at the
+    angle of the first region, no more evidence than elsewhere is needed.
+    """
+
+    def at(theta: float) -> WindowEstimate:
+        window = estimate.pose._replace(theta=theta)
+        return localize(config, rng, state, frame, window, estimate.sights)
+
+    theta = estimate.pose.theta
+    best = max(at(theta - TURN), at(theta + TURN), key=lambda each: each.evidence)
+    if best.evidence > max(estimate.evidence + TURN_GAIN, 0):
+        estimate = best
+    if abs(estimate.pose.theta) > TURN:
+        estimate = max(estimate, at(0.0), key=lambda each: each.evidence)
+    return estimate
 
 
 def search(
