@@ -341,7 +341,7 @@ WRONG = [
     ("label-studio", '"y": 40, "width": 40.5', '"width": 40.5', "missing required field `y`"),
     ("label-studio", '"annotations"', '"results"', "and no prediction; submit one"),
     ("label-studio", "]}}]}]}]", "]}}]}]}, {}]", "it has 2 tasks"),
-    ("label-studio", '"frame": 1', '"frame": 0', "frames -1 and 1 cannot be"),
+    ("label-studio", '"frame": 1', '"frame": 0', "frame 0: Label Studio's frames count"),
     ("keyframes", "x,y,width,height", "y,x,width,height", "row 1: the columns are frame, y, x"),
     ("keyframes", "1,12.5,40,40.5,24", "1,12.5,40,40.5", "row 3: A region has 4 numbers"),
     ("keyframes", "1,12.5,40", "0,12.5,40", "frame 0 contradict each other"),

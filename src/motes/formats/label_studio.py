@@ -309,6 +309,8 @@ def _frames(value: Value, facts: FilmFacts, clock: _Clock) -> dict[int, tuple[El
         start, begin = _numbers(key), clock.index(key.frame)
         first = round(begin)
         with at(f"keyframe of frame {key.frame}"):
+            if key.frame < 1:
+                raise ValueError("Label Studio's frames count from 1; correct its number")
             found[first] = _ellipse(start, facts), True
         if not key.enabled:
             continue
