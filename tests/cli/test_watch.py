@@ -1,6 +1,7 @@
 """motes watch, from the outside."""
 
 import json
+import signal
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -201,6 +202,15 @@ def test_detections_that_could_not_be_used_are_counted(go: Go) -> None:
         )
         assert line in said
     assert Path("still.csv").read_bytes() == Path("a.csv").read_bytes()
+
+
+def test_an_interrupt_while_the_background_is_learned_is_told(
+    go: Go, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Scene, "prepare", lambda *_: signal.raise_signal(signal.SIGINT))
+    code, _, error = go("FILM -o r.csv")
+    assert (code, error) == (130, "motes: interrupted after 0 frames; nothing is written.\n")
+    assert not any(Path().iterdir())
 
 
 @pytest.mark.slow

@@ -24,6 +24,7 @@ from motes.cli.option_groups import (
 )
 from motes.cli.track_units import check_size
 from motes.cli.watch_options import CountingOptions, ObjectOptions, WatchOutputs
+from motes.core import interrupts
 from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -104,6 +105,7 @@ def watch(
     from msgspec.structs import replace
 
     from motes.cli.annotated_video import ScenePainter
+    from motes.cli.frame_loop import Tally, summarize
     from motes.cli.outputs import EventsOutput, Request
     from motes.cli.pictures import Heatmap, Paths, Slits
     from motes.cli.watch_loop import watch_scene
@@ -125,7 +127,11 @@ def watch(
     scene = Scene(_detector(objects, config, frames.end), config, values.seed)
     if is_recorded(source):
         with frames.open(source, whole=True) as film:  # the rows are the same for every --end
-            scene.prepare(film)
+            try:
+                scene.prepare(film)
+            except KeyboardInterrupt as interrupt:
+                summarize(Tally(), film, [], interrupt)
+                return interrupts.code(interrupt)
     with frames.open(source) as film:
         counter = EventCounter(where, (film.width, film.height))
         say_rate(film)
