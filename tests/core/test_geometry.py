@@ -85,6 +85,8 @@ def test_no_regions(region: Any, message: str) -> None:
         ((10, 10, 20, 1.9), "less than two pixels"),
         ((50, 40, 0.5, 5, 1.0), "less than two pixels"),
         ((0.2, 0.4, 0.1, 0.1), "give pixels, not shares of the picture"),
+        ((0.2, 0.4, 0.1, 0.1, 1.5), "give pixels, not shares of the picture"),
+        ((0.2, 0.4, 1, 1.5), "choose a larger one"),
     ],
 )
 def test_regions_that_do_not_fit(region: tuple[float, ...], message: str) -> None:

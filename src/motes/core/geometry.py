@@ -242,9 +242,8 @@ def region_within(region: Numbers, width: int, height: int) -> Ellipse:
     if box.width > width or box.height > height:
         raise ConfigError(f"{named} is larger than {frame}; choose a smaller one{other}.")
     if min(ellipse.a, ellipse.b) < 1:
-        what = (
-            "give pixels, not shares of the picture" if max(region) <= 1 else "choose a larger one"
-        )
+        shares = max(region[:4]) <= 1
+        what = "give pixels, not shares of the picture" if shares else "choose a larger one"
         raise ConfigError(f"{named} is less than two pixels wide or high; {what}.")
     return ellipse if len(region) == 4 else Angled(*ellipse)
 
