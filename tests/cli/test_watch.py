@@ -234,7 +234,7 @@ def test_frames_after_the_last_object_stay_in_what_is_made_of_rows(go: Go) -> No
     [
         ("FILM --detector yolo", 2, "faces, MODULE:CALLABLE, or an .onnx or .txt file"),
         ("FILM --dwell 3", 2, "--dwell is for zones"),
-        ("FILM --zone 0,0,9,0,9,9 --dwell 0", 2, "--dwell is 0; give seconds, from 0.4 on."),
+        ("FILM --zone 0,0,9,0,9,9 --dwell 0", 2, "--dwell is 0; give seconds, 0.4 to 1e9."),
         ("FILM --scale 0", 2, "--scale is 0; give pixels per metre, from 1e-9 to 1e9."),
         ("FILM --places empty.toml", 2, "empty.toml has no [[line]], [[zone]] or [ground]; add"),
         ("FILM --zone 1,2,3,4", 2, "--zone takes x,y,x,y,x,y"),

@@ -121,7 +121,7 @@ class CountingOptions:
             if not zones:
                 raise ConfigError("--dwell is for zones; give one with --zone or --places.")
             if not SETTLED <= self.dwell <= 1e9:
-                raise ConfigError(f"--dwell is {self.dwell:g}; give seconds, from {SETTLED:g} on.")
+                raise ConfigError(f"--dwell is {self.dwell:g}; give seconds, {SETTLED:g} to 1e9.")
             zones = tuple(replace(zone, dwell=zone.dwell or self.dwell) for zone in zones)
         return Regions(lines_given, zones, ground)
 
