@@ -111,8 +111,9 @@ def test_six_numbers_without_titles_are_said_to_be_ellipses(go: Tell) -> None:
     """They may be a box with its score."""
     line = f"track FILM --keyframes keys.csv -o rows.csv {OPTIONS} --end 4 --overwrite"
     said = "keys.csv: its rows are read as frame,x,y,a,b,theta of ellipses; if the numbers are"
-    for titles, told in (("", True), ("frame,x,y,a,b,theta\n", False)):
-        Path("keys.csv").write_text(f"{titles}0,44,44,15,20,0.9\n")
+    titled = ("frame,x,y,a,b,theta\n", '"frame","x","y","a","b","theta"\n')
+    for before, told in (("", True), ("film.mkv,", True), *((each, False) for each in titled)):
+        Path("keys.csv").write_text(f"{before}0,44,44,15,20,0.9\n")
         go.says(line, 0, said, told=told)
 
 

@@ -120,14 +120,14 @@ class KeyframeOptions:
         read, or has keyframes of other films only.
         """
         from motes.core.geometry import as_ellipse, check_angle
-        from motes.correction.keyframes import ABSENT, keyframes_of, marks_of, untitled
+        from motes.correction.keyframes import ABSENT, keyframes_of, marks_of
 
         found: list[Mark] = []
         if self.keyframes is not None:
             with other_format_named(self.keyframes):
-                known = keyframes_of(self.keyframes, source)
-            if (note := untitled(self.keyframes, known)) is not None:
-                log(f"{self.keyframes}: {note}")
+                known = keyframes_of(
+                    self.keyframes, source, lambda note: log(f"{self.keyframes}: {note}")
+                )
             found += known.items()
         for text in self.at or []:
             frame, equals, region = text.partition("=")

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
 from motes.core.errors import ConfigError, InputError, MotesError
@@ -137,7 +137,9 @@ def marks_of(frames: str, region: str) -> list[Mark]:
     return [(start, as_region(numbers))]
 
 
-def read_keyframes(path: str | Path) -> dict[str, dict[int, Region | None]]:
+def read_keyframes(
+    path: str | Path, tell: Callable[[str], object] = lambda _: None
+) -> dict[str, dict[int, Region | None]]:
     """Return the keyframes of a file, by the film that their rows name; "" without a name.
 
     Parameters
@@ -146,6 +148,8 @@ def read_keyframes(path: str | Path) -> dict[str, dict[int, Region | None]]:
         A file of comma-separated rows: `frame,x,y,width,height`, `frame,x,y,a,b,theta`, or
         `frame,absent` and `first:last,absent`. Frames and pixels count from 0. The name of a film
         may be in front.
+    tell
+        Called with what to know of a file without titles, whose six numbers are read as ellipses.
 
     Returns
     -------
@@ -194,11 +198,14 @@ def read_keyframes(path: str | Path) -> dict[str, dict[int, Region | None]]:
         raise InputError(f"{path}: {error}.") from None
     if not marks:
         raise InputError(f"{path} has no keyframe; a row is frame,x,y,width,height.")
+    doubtful = size == 5 and not titled
     try:
-        return {film: keyframes(each) for film, each in marks.items()}
+        found = {film: keyframes(each) for film, each in marks.items()}
     except ConfigError as error:
-        several = f" Or {BOXES}" * (size == 5 and not titled)
-        raise InputError(f"{path}: {error}{several}") from None
+        raise InputError(f"{path}: {error}{f' Or {BOXES}' * doubtful}") from None
+    if doubtful:
+        tell(f"its rows are read as frame,x,y,a,b,theta of ellipses; {BOXES}")
+    return found
 
 
 def _size_of_titles(path: str | Path, titles: Sequence[str]) -> int | None:
@@ -219,21 +226,15 @@ def _check_first(theta: float, titled: bool) -> None:
     raise ConfigError(f"theta begins with {theta:g}; {BOXES}")
 
 
-def untitled(path: str | Path, marks: Keyframes) -> str | None:
-    """Return what to know of a file without titles whose rows were read as ellipses; else None."""
-    if not any(isinstance(region, Ellipse) for region in marks.values()):
-        return None
-    if read_text(path, InputError).lstrip().lower().startswith(("frame", "film")):
-        return None
-    return f"its rows are read as frame,x,y,a,b,theta of ellipses; {BOXES}"
-
-
-def keyframes_of(path: str | Path, source: str) -> dict[int, Region | None]:
+def keyframes_of(
+    path: str | Path, source: str, tell: Callable[[str], object]
+) -> dict[int, Region | None]:
     """Return the keyframes of a source in a file: rows with its name, or rows without a name.
 
-    Raises an InputError if the file cannot be read, or has neither.
+    `tell` is that of `read_keyframes`. Raises an InputError if the file cannot be read, or has
+    neither.
     """
-    found = read_keyframes(path)
+    found = read_keyframes(path, tell)
     for name in (source, Path(source).name, Path(source).stem, ""):
         if name in found:
             return found[name]

@@ -18,7 +18,7 @@ from motes.core.errors import FormatError
 from motes.core.geometry import Ellipse, as_ellipse
 from motes.core.track import Status, Track
 from motes.core.types import Floats
-from motes.correction.keyframes import read_keyframes, untitled
+from motes.correction.keyframes import read_keyframes
 from motes.formats.recording import FilmFacts, Recording, placed, sound
 from motes.formats.shapes import Corners, visible_box
 from motes.formats.text import at
@@ -150,7 +150,8 @@ def read(path: Path, facts: FilmFacts) -> Recording:
 
     Raises a FormatError if the rows are of several films.
     """
-    films = read_keyframes(path)
+    notes: list[str] = []
+    films = read_keyframes(path, notes.append)
     if len(films) > 1:
         raise FormatError(f"it has keyframes of {len(films)} films; keep the rows of one")
     (marks,) = films.values()
@@ -162,5 +163,4 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     found = Recording.of(facts, objects, dict.fromkeys(marks))
     if not any(isinstance(region, Ellipse) for region in marks.values()):
         return replace(found, listed=True, notes=[CORNER])
-    note = untitled(path, marks)
-    return replace(found, listed=True, ellipses={1}, notes=[] if note is None else [note])
+    return replace(found, listed=True, ellipses={1}, notes=notes)
