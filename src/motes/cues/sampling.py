@@ -37,7 +37,7 @@ DENSE = 4096
 
 
 class _Grid(Config, frozen=True):
-    """The base of samplings: of every pixel of the image's own grid."""
+    """What samplings are where they say nothing else: every pixel of the image's own grid."""
 
     @property
     def dense(self) -> Self:
