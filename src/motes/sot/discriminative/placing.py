@@ -137,8 +137,8 @@ def turned(
 ) -> WindowEstimate:
     """Return the estimate, or one with more evidence of a window turned to either side, or back.
 
-    A target that is not seen there either is not turned: noise would turn it on and on. Back at the
-    angle of the first region, no more evidence than elsewhere is needed.
+    A target that is not seen there either is not turned: noise would turn it on and on. Back to
+    the angle of the first region, any gain is enough.
     """
 
     def at(theta: float) -> WindowEstimate:
