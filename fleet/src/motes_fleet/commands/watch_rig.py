@@ -52,7 +52,7 @@ def _target(path: Path) -> KnownTarget:
 
 
 def _check(camera: Camera) -> None:
-    """Raise a MotesError that names a camera of which a name is wrong, or a file is missing."""
+    """Raise a MotesError with the camera's name if its preset, detector or file does not exist."""
     try:
         WatchConfig.of(camera.preset or PRESET).changed({}, detector=camera.detector)
         if (camera.detector or "").endswith((".txt", ".onnx")):
