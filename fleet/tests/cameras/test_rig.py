@@ -206,6 +206,7 @@ def test_a_camera_that_fails_does_not_stop_the_others(go: Go) -> None:
     [
         (OFFICE.replace("office.mkv", "none.mkv"), 3, "There is no file or folder none.mkv; check"),
         (f'{OFFICE}detector = "none.txt"', 3, "none.txt cannot be read: No such file"),
+        (f'{OFFICE}detector = "none.onnx"', 3, "There is no file none.onnx; check the name."),
         (f'{OFFICE}detector = "peple"', 2, "A detector is background, people, faces,"),
         (f'{OFFICE}preset = "default"', 2, "Objects are followed by particle filters"),
     ],
