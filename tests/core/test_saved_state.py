@@ -12,6 +12,7 @@ from broken_states import CONFIGS, EXAMPLES, check, example, mutate
 from motes.core.errors import FormatError
 from motes.core.saved_state import sealed, unsealed
 from motes.sot.tracker import FORMAT, Tracker
+from motes.sot.trackers import _SavedGroup
 from oracles import region, scene
 
 
@@ -19,6 +20,11 @@ from oracles import region, scene
 @pytest.mark.parametrize(("name", "moment"), EXAMPLES)
 def test_what_was_saved_is_taken(name: str, moment: str) -> None:
     assert check(example(name, moment)) == "followed"
+
+
+def test_who_renames_what_is_saved_of_several_targets_raises_the_version() -> None:
+    names = ("config", "seed", "begun", "bgr", "frame", "objects", "stacked")
+    assert (FORMAT, _SavedGroup.__struct_fields__) == (18, names)
 
 
 def test_damage_is_refused() -> None:

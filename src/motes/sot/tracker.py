@@ -379,7 +379,7 @@ class Tracker:
         return track
 
 
-FORMAT = 17
+FORMAT = 18
 """Version of the format of saved trackers."""
 L = TypeVar("L")
 
