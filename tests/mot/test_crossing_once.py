@@ -11,6 +11,7 @@ from msgspec.structs import replace
 from motes import Box, Ellipse, Line, Regions, Status, Track, Zone
 from motes.core.types import Floats
 from motes.mot.analytics.event_counter import PART, EventCounter
+from motes.mot.analytics.parts import FEW, usual_of
 
 HIGH, WIDE, RATE = 40, 16, 25
 STEP = 2.4
@@ -184,3 +185,9 @@ def test_who_trembles_and_turns_back_has_gone_nowhere() -> None:
     for seed in range(20):
         found = events([*UP, *noise(0.12, seed), *UP[::-1]])
         assert found in ([], ["on", "back"])
+
+
+def test_a_usual_shape_is_known_from_a_few_on() -> None:
+    shapes = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0][:FEW]
+    assert usual_of(shapes[1:]) is None
+    assert usual_of(shapes) == pytest.approx(1 + 0.8 * (FEW - 1))
