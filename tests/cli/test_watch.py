@@ -17,8 +17,9 @@ from motes import EventCounter, Frame, Scene, SourceError, open_source
 from motes.cli import main
 from motes.cli.outputs import EventsOutput
 from motes.cli.watch_loop import counted_moments, table
+from motes.cli.watch_options import CountingOptions
 from motes.core.track import COLUMNS, GROUND, Status, Track
-from motes.mot.analytics.regions import Line, Regions, Zone
+from motes.mot.analytics.regions import SETTLED, Line, Regions, Zone
 from red_box import walk
 from sightings import seen, told
 
@@ -202,6 +203,11 @@ def test_detections_that_could_not_be_used_are_counted(go: Go) -> None:
         )
         assert line in said
     assert Path("still.csv").read_bytes() == Path("a.csv").read_bytes()
+
+
+def test_a_dwell_may_be_the_least() -> None:
+    (zone,) = CountingOptions(zone=["0,0,9,0,9,9"], dwell=SETTLED).regions().zone
+    assert zone.dwell == SETTLED
 
 
 def test_an_interrupt_while_the_background_is_learned_is_told(

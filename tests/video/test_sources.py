@@ -609,3 +609,22 @@ def test_a_senseless_selection_is_refused(whole: Path, name: str, values: list[A
 def test_a_start_beyond_the_end_is_refused_on_opening(whole: Path) -> None:
     with pytest.raises(SourceError, match="has 12 frames, none of them from 12 on"):
         open_source(whole, start=12)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("skipped", "2 unreadable packet(s) skipped"),
+        ("damaged", "2 picture(s) damaged"),
+        ("retimed", "2 missing or wrong time stamp(s) replaced"),
+        ("left_out", "2 picture(s) left out, those after the first in an animated file"),
+        ("brighter", "2 picture(s) too bright for 10 bits"),
+        ("late", "2 frame(s) left out, as newer ones had come"),
+        ("drops", "dropped 2 time(s)"),
+        ("aspect", "pixels are 2.00 times as wide as high, and left so"),
+    ],
+)
+def test_a_problem_is_told_by_itself(name: str, words: str) -> None:
+    report = Report(depth=10)
+    setattr(report, name, 2)
+    assert report.problems == words
