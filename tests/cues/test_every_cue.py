@@ -13,7 +13,7 @@ from motes import ConfigError, Ellipse, kernels
 from motes.cues.color import Color, Posterior
 from motes.cues.correlation_filter import Correlation, ScaleFilter
 from motes.cues.gradients import Edges, Hog
-from motes.cues.sampling import Checkerboard, EveryPixel, Lattice, Sampling
+from motes.cues.sampling import DENSE, Checkerboard, EveryPixel, Lattice, Sampling
 from motes.cues.search_window import features
 from motes.cues.structure_tensor import Orientation
 from motes.mot.expected import Expected
@@ -212,3 +212,7 @@ def test_nothing_wild_is_expected(samples: Any) -> None:
         scene.expect([Expected(1, samples, np.zeros(2), model, True)])
     with pytest.raises(ConfigError, match="velocity"):
         scene.expect([Expected(1, rows(GOOD), np.array([np.nan, 0]), model, True)])
+
+
+def test_the_lattice_of_a_model_is_never_thinner() -> None:
+    assert [Lattice(points=count).dense.points for count in (8, 2 * DENSE)] == [DENSE, 2 * DENSE]

@@ -22,8 +22,9 @@ from motes.sot.discriminative.localization import WindowEstimate, localize
 from motes.sot.discriminative.placing import TURN, Found, turned
 from motes.sot.discriminative.prediction import Transition
 from motes.sot.discriminative.redetection import Redetection
+from motes.sot.discriminative.report import particles_of, report
 from motes.sot.discriminative.rival import DECIDED, Rival
-from motes.sot.discriminative.standing import Standing
+from motes.sot.discriminative.standing import FRAMES, Standing
 from motes.synthetic.pitch import Pitch
 from motes.synthetic.street import Street
 from textured import blocks
@@ -456,3 +457,16 @@ def test_fewer_particles_where_the_place_is_clear() -> None:
     clear, unclear = ([count(frame) for _ in range(9)] for frame in (frames[1], empty))
     assert max(clear) == config.particles // 4
     assert config.particles // 4 < np.mean(unclear) <= config.particles
+
+
+@pytest.mark.parametrize("missed", [0, FRAMES])
+def test_the_particles_of_a_search_are_reported_while_it_goes_on(missed: int) -> None:
+    (frame,), config = spinning(0.0, 1), Discriminative()
+    region, rng = Ellipse.from_box(Box(128.0, 104.0, 65.0, 33.0)), np.random.default_rng(0)
+    state, _ = config.init(rng, frame, region)
+    sights = config.experts.look(state.experts, frame, state.ellipse)
+    look = localize(config, rng, state, frame, state.ellipse, sights)
+    searched = np.tile(np.array(state.ellipse), (3, 1))
+    state = replace(state, search_particles=searched, standing=Standing(missed=missed))
+    info = report(config, state, frame, look, particles_of(look, state, state.ellipse))
+    assert len(info.ellipses) == (3 if missed else len(look.centers))
