@@ -175,6 +175,7 @@ def spinning(degrees: float, count: int) -> list[Frame]:
         (-20.0, 0.0, -2.0, -TURN),
         (0.0, 0.0, -2.0, 0.0),
         (0.0, 4 * TURN, -2.0, 0.0),  # not by a step back: its angle is that of the first frame
+        (57.0, 4 * TURN, -2.0, 4 * TURN),  # it is turned by as much
         (20.0, 0.0, -30.0, 0.0),  # it is not seen, turned or not
     ],
 )

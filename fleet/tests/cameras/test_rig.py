@@ -209,6 +209,7 @@ def test_a_camera_that_fails_does_not_stop_the_others(go: Go) -> None:
         (f'{OFFICE}detector = "none.onnx"', 3, "There is no file none.onnx; check the name."),
         (f'{OFFICE}detector = "peple"', 2, "A detector is background, people, faces,"),
         (f'{OFFICE}preset = "default"', 2, "Objects are followed by particle filters"),
+        (f"{OFFICE}fps = 1e8", 2, "fps is 1e+08; give frames per second from"),
     ],
 )
 def test_a_wrong_name_ends_the_run_before_it_begins(
