@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, Locator, Page, sync_playwright
 
 from clips import write_film
 from motes.synthetic.clips import still
@@ -109,10 +109,14 @@ class Shown:
                 page = self.page.inner_text("body")
                 raise AssertionError(f"waited {PATIENCE:g} s for {expression}: {where}\n{page}")
 
+    def film(self, name: str = "film.mp4") -> Locator:
+        """Return the button that opens a film in a new session; others may be listed with it."""
+        entry = self.page.get_by_label("Films", exact=True).locator("li").filter(has_text=name)
+        return entry.get_by_role("button").last  # "New session of …", if there is one already
+
     def open(self, name: str = "film.mp4", tracker: str = "mean_shift") -> str:
         """Open a film in a new session, with a quick tracker; return the session's name."""
-        entry = self.page.get_by_label("Films", exact=True).locator("li").filter(has_text=name)
-        entry.get_by_role("button").last.click()  # "New session of …", if there is one already
+        self.film(name).click()
         self.until("s.pictured === 0")
         self.take(tracker)
         return str(self.state("s.session.id"))

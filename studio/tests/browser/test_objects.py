@@ -130,7 +130,7 @@ def test_a_slow_network_loses_pictures_but_no_rows(shown: Shown) -> None:
 
 def test_drawing_needs_no_pointer(shown: Shown) -> None:
     page = shown.page
-    page.get_by_label("Films", exact=True).get_by_role("button").last.focus()
+    shown.film().focus()
     page.keyboard.press("Enter")
     shown.until("s.pictured === 0")
     shown.take("mean_shift")
