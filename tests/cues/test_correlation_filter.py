@@ -187,6 +187,40 @@ def test_the_posterior_is_high_inside_a_patch_and_low_outside() -> None:
     assert cue.distances(model, frame, np.array([TARGET]))[0] < 0.05
 
 
+def woven(noise: float = 0.0, tint: int = 0) -> Frame:
+    """Return a gray picture of stripes; those of the target are finer. One color has a tint."""
+    pixels = np.full((150, 200, 3), 100.0)
+    pixels[:, np.arange(200) // 8 % 2 == 0] = 140
+    pixels[56:84, 70:110] = np.where(np.arange(40) // 2 % 2 == 0, 140.0, 100.0)[:, None]
+    pixels += np.random.default_rng(0).normal(0, noise, pixels.shape) if noise else 0
+    pixels[..., 2] += tint
+    return Frame(0, 0.0, pixels.clip(0, 255).astype(np.uint8))
+
+
+@pytest.mark.parametrize(("noise", "tint", "gray"), [(0, 0, True), (2, 0, True), (0, 6, False)])
+def test_in_a_gray_film_texture_tells_the_place_and_gray_the_border(
+    noise: float, tint: int, gray: bool
+) -> None:
+    cue, frame = Posterior(), woven(noise, tint)
+    model = cue.learn(frame, TARGET)
+    place, border = cue.integrals(model, model.grid.sample_window(frame, TARGET))
+    box = np.array([0.0, 0.0, *model.grid.half])
+    assert (contrast(place, box) > 0.5) == gray
+    assert contrast(border, box) < 0.2
+    beside = TARGET._replace(x=TARGET.x + 20)
+    here, there = cue.distances(model, frame, np.array([TARGET, beside]))
+    assert (here < there - 0.2) == gray
+
+
+def test_texture_is_learned_with_the_colors() -> None:
+    cue, pixels = Posterior(learning_rate=1.0), woven().pixels.copy()
+    pixels[56:84, 70:110] = 100
+    model, plain = cue.learn(woven(), TARGET), Frame(1, 1.0, pixels)
+    learned = cue.update_reading(model, plain, TARGET)
+    old, new = (cue.distances(each, plain, np.array([TARGET]))[0] for each in (model, learned))
+    assert new < 0.3 < old - 0.5
+
+
 @pytest.mark.parametrize("steps", [-2, 0, 2])
 def test_the_sizes_filter_sees_growth(steps: int) -> None:
     cue = ScaleFilter()

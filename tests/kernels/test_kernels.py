@@ -89,6 +89,8 @@ def calls(compiled: Any) -> dict[str, Any]:
     posterior = found["posterior"] = np.empty((25, 33))
     inside, outside = samples.ravel()[:2048].repeat(16), np.ones(32768, np.float32)
     compiled.color_posterior.color_integral(samples, inside, outside, posterior)
+    texture = found["texture"] = np.empty_like(samples)
+    compiled.color_posterior.texture(samples[1], texture)
     cues = PointCues(samples[0], 1.0, posterior, (3.0, 2.0), 0.4, 5.0, (9.0, 9.0))
     normal, few = np.linspace(-2, 2, 300).reshape(3, 50, 2), np.full(51, 40)
     found["drawn"] = compiled.localization.draw(

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy import fft
+from scipy import fft, ndimage
 
 from motes import kernels
 from motes.core.types import Floats
@@ -142,6 +142,16 @@ def test_colors_in_a_box_and_outside_of_another() -> None:
     assert_close(np.diff(np.diff(sums, axis=0), axis=1), posterior, 1e-6)
     assert not sums[0].any()
     assert not sums[:, 0].any()
+
+
+@pytest.mark.parametrize("shape", [(20, 31), (1, 3)])
+def test_texture(shape: tuple[int, int]) -> None:
+    gray = RNG.uniform(0, 256, shape).astype(np.float32)
+    out = np.empty((3, *shape), np.float32)
+    kernels.color_posterior.texture(gray, out)
+    means = ndimage.uniform_filter(gray.astype(float), 5, mode="nearest")
+    deviations = ndimage.uniform_filter(np.abs(gray - means), 5, mode="nearest")
+    assert_close(out, np.stack([means, gray, 4 * deviations]), 1e-3)
 
 
 def bilinear(plane: Floats, x: float, y: float) -> float:

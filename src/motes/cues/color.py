@@ -135,6 +135,8 @@ class Color(PixelHistogramCue, frozen=True):
 
 
 COLORS = 32**3
+GRAY = 256 / 32 / 2
+"""Mean difference between a pixel's channels below which a film is gray: half of a color's side."""
 CORE_FRACTION = 0.8
 """Share of the box's sides: every pixel within counts as the target's."""
 BORDER = 0.3
@@ -149,6 +151,8 @@ class PosteriorModel(WindowModel, frozen=True, eq=False, tag="posterior"):
     inside: Singles
     outside: Singles
     """(32768,), shares of the colors in the target and around it; each sums to 1."""
+    texture: PosteriorModel | None = None
+    """In a gray film, the same of its texture."""
 
 
 class Posterior(Cue, Config, frozen=True):
@@ -167,6 +171,8 @@ class Posterior(Cue, Config, frozen=True):
         ellipse = as_ellipse(ellipse)
         inside, outside = np.zeros((2, COLORS), np.float32)
         model = PosteriorModel(ellipse.a, ellipse.b, ellipse, inside, outside)
+        if is_gray(frame):
+            model = replace(model, texture=model)
         return self.updated(model, model.grid.sample_window(frame, ellipse), 1.0)
 
     def distances(self, model: PosteriorModel, frame: Frame, ellipses: Floats) -> Floats:
@@ -176,7 +182,7 @@ class Posterior(Cue, Config, frozen=True):
         for place, mine in grid.tile_windows(frame, model.place, ellipses):
             offsets = grid.offsets(place, ellipses[mine, :2])
             halves = CORE_FRACTION * ellipses[mine, 2:4] / grid.step(place)
-            integral = self.integral(model, grid.sample_window(frame, place))
+            integral, _ = self.integrals(model, grid.sample_window(frame, place))
             out[mine] = means(integral, np.hstack([offsets, halves]))
         return 1 - out
 
@@ -206,13 +212,39 @@ class Posterior(Cue, Config, frozen=True):
         )
         inside, outside = (1 - rate) * model.inside, (1 - rate) * model.outside
         kernels.color_posterior.add_colors(window, inner, outer, rate, inside, outside)
-        return replace(model, inside=inside, outside=outside)
+        texture = model.texture and self.updated(model.texture, textured(window), rate, x, y)
+        return replace(model, inside=inside, outside=outside, texture=texture)
 
     def integral(self, model: PosteriorModel, window: Singles) -> Floats:
         """Return the integral image of a window's posterior, (H + 1, W + 1); window: (3, H, W)."""
         out = np.empty((window.shape[1] + 1, window.shape[2] + 1))
         kernels.color_posterior.color_integral(window, model.inside, model.outside, out)
         return out
+
+    def integrals(self, model: PosteriorModel, window: Singles) -> tuple[Floats, Floats]:
+        """Return the integral images that tell the place and the border, each (H + 1, W + 1).
+
+        They are one, but for a gray film: there texture tells a target from its surroundings, which
+        gray does not; but it is blurred, so the border is told by gray.
+        """
+        integral = self.integral(model, window)
+        if model.texture is None:
+            return integral, integral
+        return self.integral(model.texture, textured(window)), integral
+
+
+def is_gray(frame: Frame) -> bool:
+    """Return whether a frame has no colors but the noise of its compression."""
+    pixels = frame.pixels[::4, ::4].astype(np.int16)
+    differences = np.abs(pixels - pixels[..., 1:2]).mean(axis=(0, 1))
+    return float(differences.max()) < GRAY
+
+
+def textured(window: Singles) -> Singles:
+    """Return the texture of a gray window (3, H, W) in the place of its colors."""
+    out = np.empty_like(window)
+    kernels.color_posterior.texture(window[1], out)
+    return out
 
 
 def means(integral: Floats, boxes: Floats) -> Floats:

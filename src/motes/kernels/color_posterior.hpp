@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "arrays.hpp"
+#include "gradients.hpp"
 
 namespace motes::color_posterior {
 
@@ -91,6 +92,39 @@ inline void color_integral(Samples samples, Row<const float> inside, Row<const f
             out[i + 1][j + 1] = out[i][j + 1] + total;
         }
     }
+}
+
+// Writes the means of 5x5 values; beside the plane its nearest value counts.
+inline void local_means(Plane<const float> values, Plane<float> out) {
+    constexpr Index reach = 2;
+    constexpr float shares[reach + 1] = {0.2f, 0.2f, 0.2f};
+    const Index height = values.rows, width = values.columns;
+    ScratchPlane<float> padded(height + 2 * reach, width + 2 * reach), rows(padded.rows(), width);
+    for (Index i = 0; i < padded.rows(); ++i) {
+        const float* from = values[std::clamp<Index>(i - reach, 0, height - 1)];
+        float* to = padded[i];
+        std::fill_n(to, reach, from[0]);
+        std::copy_n(from, width, to + reach);
+        std::fill_n(to + reach + width, reach, from[width - 1]);
+    }
+    const Taps taps{shares, reach + 1};
+    gradients::along_rows(gradients::read_only<float>(padded), taps, 1.0f, rows);
+    gradients::along_columns(gradients::read_only<float>(rows), taps, 1.0f, out);
+}
+
+// Writes three planes in the place of the colors that gray samples lack: the mean of 5x5 samples,
+// the sample itself, and four times the mean deviation of 5x5 samples from their means.
+inline void texture(Plane<const float> gray, Volume<float> out) {
+    fit(out.planes == 3 && same_size(gray, out) && gray.rows > 0 && gray.columns > 0,
+        "three planes of the samples' size");
+    const Row<const float> samples = gray.flat();
+    const Row<float> means = out[0].flat();
+    std::copy(samples.begin(), samples.end(), out[1].data);
+    local_means(gray, out[0]);
+    ScratchPlane<float> differences(gray.rows, gray.columns);
+    float* __restrict difference = differences.begin();
+    for (Index i = 0; i < samples.size; ++i) difference[i] = 4 * std::abs(samples[i] - means[i]);
+    local_means(gradients::read_only<float>(differences), out[2]);
 }
 
 }  // namespace motes::color_posterior

@@ -96,7 +96,8 @@ inline bool add_kernels(PyObject* extension) {
                 unlocked<color_filter::observe>("observe")}) &&
            add(extension, "color_posterior",
                {unlocked<color_posterior::add_colors>("add_colors"),
-                unlocked<color_posterior::color_integral>("color_integral")}) &&
+                unlocked<color_posterior::color_integral>("color_integral"),
+                unlocked<color_posterior::texture>("texture")}) &&
            add(extension, "components",
                {unlocked<components::label>("label"),
                 unlocked<components::fill_holes>("fill_holes")}) &&

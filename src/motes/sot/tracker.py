@@ -379,7 +379,7 @@ class Tracker:
         return track
 
 
-FORMAT = 18
+FORMAT = 19
 """Version of the format of saved trackers."""
 L = TypeVar("L")
 

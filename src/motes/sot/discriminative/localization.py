@@ -51,7 +51,7 @@ class WindowEstimate:
     spectra: Spectra
     """The transform of its features."""
     integral: Floats
-    """The integral image of the posterior."""
+    """The integral image of the posterior, for the border."""
     sights: Mapping[str, Any]
     """What the experts see, by name."""
     centers: Floats
@@ -89,7 +89,7 @@ def localize(
     window = grid.sample_window(frame, place)
     spectra = config.correlation.spectra(grid, window)
     plane, first = config.correlation.responses(known.correlation, spectra)
-    integral = config.posterior.integral(known.posterior, window)
+    integral, border = config.posterior.integrals(known.posterior, window)
     half, step = grid.half, grid.step(place)
     cues = PointCues(
         plane, CELL_SIZE / UPSAMPLING, integral, (CORE_FRACTION * half[0], CORE_FRACTION * half[1]),
@@ -110,7 +110,7 @@ def localize(
     if known.taken.holds(found):
         evidence = -LARGEST_LOG_ODDS
     return WindowEstimate(
-        window_pose=place, window=window, spectra=spectra, integral=integral, sights=sights,
+        window_pose=place, window=window, spectra=spectra, integral=border, sights=sights,
         centers=centers, weights=weighed, pose=found, box=box, contrast=stands_out,
         similarity=similarity, evidence=evidence,
     )  # fmt: skip

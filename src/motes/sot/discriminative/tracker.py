@@ -72,7 +72,8 @@ class Discriminative(
         box = Ellipse.from_box(region.box)
         correlation = self.correlation.learn(frame, box)
         posterior = self.posterior.learn(frame, box)
-        integral = self.posterior.integral(posterior, posterior.grid.sample_window(frame, box))
+        window = posterior.grid.sample_window(frame, box)
+        integral, border = self.posterior.integrals(posterior, window)
         middle = np.array([0.0, 0.0, *correlation.grid.half])
         state = DiscriminativeState(
             time=frame.time,
@@ -85,7 +86,7 @@ class Discriminative(
             appearance=self.redetection.learn(frame, box),
             contrast=contrast(integral, middle),
             taken=Taken(),
-            border=borders(integral, middle[None])[0],
+            border=borders(border, middle[None])[0],
             search_particles=NO_PARTICLES,
             scale_due=True,
             factors=np.ones(1),
