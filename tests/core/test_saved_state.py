@@ -24,7 +24,7 @@ def test_what_was_saved_is_taken(name: str, moment: str) -> None:
 
 def test_who_renames_what_is_saved_of_several_targets_raises_the_version() -> None:
     names = ("config", "seed", "begun", "bgr", "frame", "objects", "stacked")
-    assert (FORMAT, _SavedGroup.__struct_fields__) == (18, names)
+    assert (FORMAT, _SavedGroup.__struct_fields__) == (19, names)
 
 
 def test_damage_is_refused() -> None:
