@@ -97,6 +97,14 @@ def test_who_is_hidden_coasts_behind_the_other_and_is_found_again() -> None:
     assert stage.scene.created == 2
 
 
+def test_frames_at_which_a_slow_detector_does_not_look_cost_no_confidence() -> None:
+    stage = Stage(config=scene_config("nummiaro", {"detections": {"every": 5}}))
+    said = [track for i in range(40) for track in stage.show([walker(i)])]
+    sure = [track.confidence for track in said]
+    assert sure == sorted(sure)
+    assert sure[-1] > sure[0] + 0.02
+
+
 def stands(places: Sequence[NDArray[np.uint8]]) -> Iterator[Frame]:
     """Yield a film of places, in whose first 15 frames somebody stands."""
     for index, place in enumerate(places):

@@ -130,6 +130,7 @@ def step(
     if looked:
         begun, initiation = initiate(seed, created, initiation, objects, free, frame, config)
         objects, created = objects + begun, created + len(begun)
+        objects = [each.tallied(dt) for each in objects]
     tracks, staying = report(objects, frame, initiation.least, config)
     terminated = state.terminated + len(objects) - len(staying)
     staying = tell_apart(staying, free, frame, state.frames, config.occlusion.overlap)

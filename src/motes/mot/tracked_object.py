@@ -27,9 +27,13 @@ CUT = 0.7
 """A detection smaller than this share of an object's size shows a part of it."""
 REMEMBERED = 1.0
 """Seconds for which an object may be seen in part until that counts as its size."""
-DETECTED = 0.5
-"""Probability that what is detected is one whole object, whatever its colors; of people who are
-found by the background alone, 0.54 are."""
+STEADY = 1.0
+"""Seconds over which it is counted how steadily an object is detected."""
+AT_REST, MOVED, DETECTED = -0.35, 0.43, 2.1
+"""Log odds that an object's box overlaps a true one by more than half: of one at rest that is not
+detected any more; what it adds to have moved, and to be detected in all frames. A logistic fit over
+two sequences with detections, and by the background. Its colors say nothing: those of a bush stay
+the same, those of a walker do not."""
 FIRST_SURPRISE = 0.25**2
 """How far a detection of a new object is off, squared, in mean half-axes."""
 
@@ -79,6 +83,8 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False, dict=True):
     """Seconds for which it has been seen in part only, as one that goes behind a wall."""
     hidden_side: int = 0
     """The side on which it is hidden then: -1 is the left one, 1 the right one, 0 unknown."""
+    steadiness: float = 0.5
+    """Running share of the frames in which it is detected, of those in which it can be seen."""
     recent: tuple[Sighting, ...] = ()
     """Its detections in the last `hiding.WINDOW` seconds, oldest first."""
     surprise: tuple[float, float] = (FIRST_SURPRISE, FIRST_SURPRISE)
@@ -166,13 +172,21 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False, dict=True):
         return self.look is not None and self.look.settled
 
     @property
+    def confidence(self) -> float:
+        """The probability that its box overlaps a true one by more than half; 0 if it is hidden."""
+        if self.track.status is not Status.TRACKING:
+            return 0.0
+        odds = math.exp(AT_REST + MOVED * self.moved + DETECTED * self.steadiness)
+        return odds / (1 + odds)
+
+    @property
     def public_track(self) -> Track:
         """Its track, with all that the scene tells of it."""
         dx, dy = self.velocity.tolist()
         label = max(self.votes, key=self.votes.__getitem__, default=None)
         return replace(
             self.track, identity=self.identity, label=label, occluded_by=self.occluded_by,
-            detected=self.detected, velocity=(dx, dy),
+            confidence=self.confidence, detected=self.detected, velocity=(dx, dy),
         )  # fmt: skip
 
     def box_after(self, seconds: float) -> Box:
@@ -200,6 +214,13 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False, dict=True):
         state = self._moved(self.state, old, predicted)
         cut_for = self.cut_for if self.occluded else self.cut_for + dt
         return replace(self, predicted=predicted, state=state, detected=False, cut_for=cut_for)
+
+    def tallied(self, dt: float) -> Self:
+        """Count a frame, some seconds after the last one, in its steadiness; not while hidden."""
+        if self.occluded:
+            return self
+        kept = math.exp(-dt / STEADY)
+        return replace(self, steadiness=kept * self.steadiness + (1 - kept) * self.detected)
 
     def wait(self, dt: float) -> Self:
         """Let the time without a detection stand still: the detector did not look at this frame."""
@@ -292,10 +313,7 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False, dict=True):
         track = info.track
         if self.detected:
             state = self._moved(state, track.ellipse, self.track.ellipse)
-            sure = confirmed(track.confidence)
-            track = replace(
-                track, ellipse=self.track.ellipse, status=Status.TRACKING, confidence=sure
-            )
+            track = replace(track, ellipse=self.track.ellipse, status=Status.TRACKING)
         return replace(self, before_observation=self.state, state=state, track=track)
 
     def occlude(self, occluder: int | None) -> Self:
@@ -310,17 +328,16 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False, dict=True):
             self,
             state=self._moved(self.before_observation, self.predicted, whole),
             predicted=whole,
-            track=replace(self.track, status=Status.OCCLUDED, confidence=0.0),
+            track=replace(self.track, status=Status.OCCLUDED),
             occluded_by=occluder,
         )
 
-    def in_sight(self, frame: Frame, place: Ellipse, confidence: float) -> Self:
+    def in_sight(self, frame: Frame, place: Ellipse) -> Self:
         """Put it where it is seen, though it is not detected; its velocity stays."""
         before = self.state if self.occluded else self.before_observation
         track = replace(
-            self.track, frame=frame.index, time=frame.time, ellipse=place,
-            status=Status.TRACKING, confidence=confidence,
-        )  # fmt: skip
+            self.track, frame=frame.index, time=frame.time, ellipse=place, status=Status.TRACKING
+        )
         state = self._moved(before, self.predicted, place)
         return replace(self, state=state, track=track, predicted=place, occluded_by=None)
 
@@ -331,7 +348,7 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False, dict=True):
 
     def terminate(self) -> Self:
         """Mark it as lost."""
-        lost = replace(self.track, status=Status.LOST, confidence=0.0)
+        lost = replace(self.track, status=Status.LOST)
         return replace(self, track=lost, occluded_by=None)
 
     def with_identity_of(self, other: TrackedObject) -> Self:
@@ -369,11 +386,6 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False, dict=True):
             ellipses = ellipses * np.array((1.0, 1.0, new.a / old.a, new.b / old.b, 1.0))
         ellipses = ellipses + np.array(away)  # faster than with a tuple
         return replace(state, states=motion.initial(ellipses))
-
-
-def confirmed(confidence: float) -> float:
-    """Return the confidence of a model where something was detected in the same place."""
-    return 1 - (1 - confidence) * (1 - DETECTED)
 
 
 def _far(first: Ellipse, second: Ellipse) -> bool:

@@ -1,5 +1,7 @@
 """Which objects are occluded, and by what; how they reappear, and when they end."""
 
+import math
+
 import numpy as np
 import pytest
 from msgspec.structs import replace
@@ -38,7 +40,24 @@ def test_a_detected_object_occludes_an_undetected_one() -> None:
     after = mark_occluded([seen(1, PLACE), front], FRAME, Occlusion())
     assert statuses(after) == {1: Status.OCCLUDED, 2: Status.TRACKING}
     assert after[0].occluded_by == 2
-    assert after[0].track.confidence == 0
+    assert after[0].confidence == 0
+
+
+def test_the_confidence_is_how_steadily_an_object_is_detected_while_it_can_be_seen() -> None:
+    steady = visible(1, FRAME, PLACE)
+    for _ in range(100):
+        steady = steady.tallied(DT)
+    assert steady.steadiness == pytest.approx(1, abs=0.02)
+    missed, hidden = steady.predict(DT), steady.predict(DT).occlude(None)
+    for _ in range(25):
+        missed, hidden = missed.tallied(DT), hidden.tallied(DT)
+    assert missed.steadiness == pytest.approx(steady.steadiness / math.e)
+    assert hidden.steadiness == steady.steadiness
+    assert hidden.confidence == 0
+    assert 0.5 < missed.confidence < steady.confidence - 0.2
+    assert steady.confidence < replace(steady, moved=True).confidence < 0.95
+    unlike = replace(steady, track=replace(steady.track, distance=0.9, confidence=0.1))
+    assert unlike.confidence == steady.confidence == steady.public_track.confidence
 
 
 @pytest.mark.parametrize(("first", "second", "hidden"), [(0.3, 0.2, 1), (0.2, 0.3, 2)])
@@ -81,7 +100,7 @@ def test_who_looks_as_when_it_was_last_clear_is_visible_though_not_detected(
     assert after.occluded is not visible
     assert after.track.box == pytest.approx(there if visible else moved, abs=0.5)
     assert (after.track.frame, after.track.time, after.detected) == (30, frame.time, False)
-    assert (after.track.confidence > 0.9) is visible
+    assert (after.confidence > 0.5) is visible
     states = after.tracker.motion.ellipses(after.state.states)
     assert states[:, 0].mean() == pytest.approx(after.track.ellipse.x, abs=3)
 
@@ -112,7 +131,6 @@ def test_where_the_detector_did_not_look_only_who_is_covered_is_occluded() -> No
         (after,) = mark_occluded([one], FRAME, Occlusion(), looked=False)
         assert (after.track.status, after.detected) == (Status.TRACKING, False)
         assert after.track.box == pytest.approx(PLACE)
-        assert after.track.confidence == 0.5
         assert mark_occluded([one], FRAME, Occlusion())[0].occluded
         assert mark_occluded([one, front], FRAME, Occlusion(), looked=False)[0].occluded
 
@@ -145,7 +163,7 @@ def test_an_object_is_visible_again_where_it_is_detected() -> None:
     assert (after.track.status, after.detected, after.last_time) == (
         Status.TRACKING, True, frame.time,
     )  # fmt: skip
-    assert after.track.confidence > 0.5
+    assert after.confidence > 0.5
     assert free == [found[0]]
 
 

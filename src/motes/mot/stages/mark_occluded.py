@@ -11,7 +11,7 @@ from motes.mot.look import Look, costs, probability_of_one
 from motes.mot.overlaps import as_rows, grouped, intersection_over_first, occlusion_candidates
 from motes.mot.pairs import Integers
 from motes.mot.scene_config import Occlusion
-from motes.mot.tracked_object import DETECTED, TrackedObject
+from motes.mot.tracked_object import TrackedObject
 
 STEP = 0.3
 """How far beside where it should be an object is looked for, in its smaller half-axes."""
@@ -47,7 +47,7 @@ def mark_occluded(
         if missed or occluder is not None:
             after[n] = each.occlude(occluder)
         elif not each.recognized:
-            after[n] = each.in_sight(frame, each.predicted, DETECTED)
+            after[n] = each.in_sight(frame, each.predicted)
     return [each.extrapolate(frame) if each.occluded else each for each in after]
 
 
@@ -70,7 +70,7 @@ def _found(objects: Sequence[TrackedObject], frame: Frame) -> dict[int, TrackedO
         unlikely[1:] += ASIDE
         best = int(unlikely.argmin())
         place, is_it = around[best], probability_of_one(float(unlikely[best]))
-        found[n] = objects[n].in_sight(frame, place, is_it) if is_it > 0.5 else None
+        found[n] = objects[n].in_sight(frame, place) if is_it > 0.5 else None
     return found
 
 

@@ -13,7 +13,7 @@ from motes.core.geometry import iou
 from motes.mot.association import assign_pairs, impostors, model_distances, near
 from motes.mot.overlaps import as_rows
 from motes.mot.scene_config import SceneConfig
-from motes.mot.tracked_object import TrackedObject, confirmed
+from motes.mot.tracked_object import TrackedObject
 
 
 def reidentify(
@@ -53,10 +53,8 @@ def reidentify(
     distance_of = dict(zip(pairs, distances.tolist(), strict=True))
     taken = set()
     for i, j in assign_pairs(rows, columns, costs, (len(lost), len(free))):
-        distance = distance_of[i, j]
-        confidence = confirmed(config.tracker.calibration.probability(distance))
         found = lost[i].detect(free[j].box, frame.time).vote(free[j])
-        track = replace(found.track, distance=distance, confidence=confidence)
+        track = replace(found.track, distance=distance_of[i, j])
         after[occluded[i]] = replace(found, track=track)
         taken.add(j)
     there = iou(as_rows(lost[i].box for i in rows.tolist()), boxes[columns])
