@@ -116,6 +116,19 @@ def test_what_a_run_wrote_beside_its_rows_is_not_asked_for_again(go: Tell) -> No
     assert not Path("other.json").exists()
 
 
+def test_rows_of_a_run_are_refused_for_a_film_of_other_times(go: Tell) -> None:
+    """As of one that was made anew at another rate; its frames are others."""
+    for name, fps in (("film.mkv", 25), ("anew.mkv", 50)):
+        write_pictures(name, [BLACK] * 5, fps)
+    assert go("track film.mkv --preset mean_shift --init 8,6,10,8 -o run.csv")[0] == 0
+    assert go("convert run.csv run.xml --video film.mkv")[0] == 0
+    said = "run.csv has frame 1 at 0.04 s, but anew.mkv at 0.02 s; give the film of these rows."
+    go.says("convert run.csv anew.xml --video anew.mkv", 3, said)
+    film(range(3))
+    assert go(f"{TRACK} --init 8,6,10,8 --fps 10 -o slow.csv")[0] == 0
+    assert go("convert slow.csv slow.xml --video film")[0] == 0  # its rate is beside the rows
+
+
 @pytest.mark.parametrize(
     ("source", "seen"),
     [("two.csv", [0, 1, 7]), ("two.jsonl", [0, 1, 7]), ("two.txt", [*range(8)]),
