@@ -257,6 +257,19 @@ def test_an_object_goes_on_between_images_that_were_picked(go: Tell) -> None:
         assert Path(f"a.yolo/labels/frame_{frame:06d}.txt").read_text()
 
 
+def test_label_studio_is_told_the_rate_of_the_film(go: Tell) -> None:
+    """It shows a film at 24 frames a second, or 25, unless its labeling configuration has another.
+
+    Boxes would stand in other frames.
+    """
+    rows = [f"{frame},{frame / 30:.6f},9,9,20,20" for frame in range(3, 9)]
+    Path("a.csv").write_text("\n".join(["frame,time,left,top,width,height", *rows, ""]))
+    said = 'a.ls.json: Label Studio has a rate of its own; give its tag Video framerate="$fps"'
+    go.says("convert a.csv a.ls.json --size 320x240", 0, said)
+    (task,) = json.loads(Path("a.ls.json").read_text())
+    assert task["data"] == {"video": "unknown", "fps": 30}
+
+
 def test_several_objects_have_no_folder_of_masks(go: Tell) -> None:
     """Nothing would tell whose a white pixel is."""
     said = "A folder of masks holds one object, and there are several; choose one with --identity"
