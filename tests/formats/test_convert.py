@@ -122,8 +122,11 @@ def test_rows_of_a_run_are_refused_for_a_film_of_other_times(go: Tell) -> None:
         write_pictures(name, [BLACK] * 5, fps)
     assert go("track film.mkv --preset mean_shift --init 8,6,10,8 -o run.csv")[0] == 0
     assert go("convert run.csv run.xml --video film.mkv")[0] == 0
-    said = "run.csv has frame 1 at 0.04 s, but anew.mkv at 0.02 s; give the film of these rows."
-    go.says("convert run.csv anew.xml --video anew.mkv", 3, said)
+    Path("moved.csv").write_bytes(Path("run.csv").read_bytes())  # without what is beside it
+    for rows in ("run.csv", "moved.csv"):
+        said = f"{rows} has frame 1 at 0.04 s, but anew.mkv at 0.02 s; give the film of these rows"
+        go.says(f"convert {rows} anew.xml --video anew.mkv", 3, said)
+    assert go("convert moved.csv anew.xml --video anew.mkv --fps 25")[0] == 0
     film(range(3))
     assert go(f"{TRACK} --init 8,6,10,8 --fps 10 -o slow.csv")[0] == 0
     assert go("convert slow.csv slow.xml --video film")[0] == 0  # its rate is beside the rows

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections import Counter, defaultdict
 from collections.abc import Sequence
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -133,7 +134,8 @@ def convert(
     facts = _facts(video, size, fps, frames, label, known)
     recorded = registry.read(rows, source, facts)
     _check_times(recorded, rows, facts, fps)
-    if known is not None and video is not None:
+    tracked = any(isfinite(each.distance) for row in recorded for each in row.objects)
+    if video is not None and (known is not None or (tracked and facts.end is not None)):
         _check_run(recorded, rows, facts, video)
     if identity is not None:
         recorded = recorded.only(identity, rows)
@@ -288,7 +290,10 @@ def _check_times(recorded: Recording, rows: Path, facts: FilmFacts, fps: float |
 
 
 def _check_run(recorded: Recording, rows: Path, facts: FilmFacts, video: str) -> None:
-    """Raise an InputError if the rows of a run have other times than the film that is given."""
+    """Raise an InputError if what motes has followed has other times than the film that is given.
+
+    What others have made may have times that are less exact.
+    """
     from motes.correction.rows import TIME_TOLERANCE
     from motes.video.film import Film
     from motes.video.sources import is_recorded
@@ -297,14 +302,14 @@ def _check_run(recorded: Recording, rows: Path, facts: FilmFacts, video: str) ->
         seen = (row for row in recorded if row.objects)
         return next((r for r in seen if abs(r.time - film.time(r.frame)) > TIME_TOLERANCE), None)
 
-    row = other(facts)
-    if row is not None and facts.times and is_recorded(video):  # damage may have changed them
+    row = other(facts) if is_recorded(video) else None  # what is live is another film by now
+    if row is not None and facts.times:  # damage may have changed them
         facts = dataclasses.replace(facts, times=Film(video).times)
         row = other(facts)
     if row is not None:
         raise InputError(
             f"{rows} has frame {row.frame} at {row.time:g} s, but {facts.source} at "
-            f"{facts.time(row.frame):g} s; give the film of these rows."
+            f"{facts.time(row.frame):g} s; give the film of these rows or its --fps."
         )
 
 
