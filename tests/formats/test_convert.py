@@ -116,6 +116,22 @@ def test_what_a_run_wrote_beside_its_rows_is_not_asked_for_again(go: Tell) -> No
     assert not Path("other.json").exists()
 
 
+def test_rows_of_a_run_are_refused_for_a_film_of_other_times(go: Tell) -> None:
+    """As of one that was made anew at another rate; its frames are others."""
+    for name, fps in (("film.mkv", 25), ("anew.mkv", 50)):
+        write_pictures(name, [BLACK] * 5, fps)
+    assert go("track film.mkv --preset mean_shift --init 8,6,10,8 -o run.csv")[0] == 0
+    assert go("convert run.csv run.xml --video film.mkv")[0] == 0
+    Path("moved.csv").write_bytes(Path("run.csv").read_bytes())  # without what is beside it
+    for rows in ("run.csv", "moved.csv"):
+        said = f"{rows} has frame 1 at 0.04 s, but anew.mkv at 0.02 s; give the film of these rows"
+        go.says(f"convert {rows} anew.xml --video anew.mkv", 3, said)
+    assert go("convert moved.csv anew.xml --video anew.mkv --fps 25")[0] == 0
+    film(range(3))
+    assert go(f"{TRACK} --init 8,6,10,8 --fps 10 -o slow.csv")[0] == 0
+    assert go("convert slow.csv slow.xml --video film")[0] == 0  # its rate is beside the rows
+
+
 @pytest.mark.parametrize(
     ("source", "seen"),
     [("two.csv", [0, 1, 7]), ("two.jsonl", [0, 1, 7]), ("two.txt", [*range(8)]),
@@ -242,6 +258,19 @@ def test_an_object_goes_on_between_images_that_were_picked(go: Tell) -> None:
     assert go("convert a.xml a.yolo")[0] == 0
     for frame in range(11):
         assert Path(f"a.yolo/labels/frame_{frame:06d}.txt").read_text()
+
+
+def test_label_studio_is_told_the_rate_of_the_film(go: Tell) -> None:
+    """It shows a film at 24 frames a second, or 25, unless its labeling configuration has another.
+
+    Boxes would stand in other frames.
+    """
+    rows = [f"{frame},{frame / 30:.6f},9,9,20,20" for frame in range(3, 9)]
+    Path("a.csv").write_text("\n".join(["frame,time,left,top,width,height", *rows, ""]))
+    said = 'a.ls.json: Label Studio has a rate of its own; give its tag Video framerate="$fps"'
+    go.says("convert a.csv a.ls.json --size 320x240", 0, said)
+    (task,) = json.loads(Path("a.ls.json").read_text())
+    assert task["data"] == {"video": "unknown", "fps": 30}
 
 
 def test_several_objects_have_no_folder_of_masks(go: Tell) -> None:

@@ -137,6 +137,8 @@ def coco(folder: Path, names: Sequence[str | dict[str, Any]], **more: Any) -> Pa
         (["3fe2aa12-c.png", "9c12de01-d.png"], (), [0, 1]),
         ([{"frame_id": 1, "prev_image_id": -1}, {"frame_id": 2, "prev_image_id": 7}], (), [0, 1]),
         ([{"frame_id": 0}, {"frame_id": 3}], (), [0, 3]),
+        ([{"frame_id": 1}, {"frame_id": 2}], (), [0, 1]),
+        ([{"frame": 1}, {"frame": 2}], (), [1, 2]),
     ],
 )
 def test_frames_of_cocos_images(
@@ -144,6 +146,16 @@ def test_frames_of_cocos_images(
 ) -> None:
     facts = FilmFacts(source="film", width=320, height=240, files=files)
     assert frames(registry.read(coco(tmp_path, names), "coco", facts)) == expected
+
+
+@pytest.mark.parametrize(("numbers", "said"), [((1, 2), "is frame 0"), ((1, 9), "from 0; if")])
+@pytest.mark.parametrize(("key", "ending"), [("frame_id", ""), ("file_name", ".png")])
+def test_how_frames_that_may_count_from_1_are_understood_is_said(
+    numbers: Sequence[int], said: str, key: str, ending: str, tmp_path: Path
+) -> None:
+    given = [{key: f"{each}{ending}" if ending else each} for each in numbers]
+    (note,) = registry.read(coco(tmp_path, given), "coco", FILM).notes
+    assert said in note
 
 
 def cvat(folder: Path, meta: str, content: str) -> Path:

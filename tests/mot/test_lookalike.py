@@ -10,6 +10,7 @@ from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, iou
 from motes.mot.detection.lookalike import LIMIT, LookalikeConfig, LookalikeDetector
+from motes.mot.scene import Scene
 from motes.mot.scene_config import named_detector
 from motes_lab.papers.zhao_pei_team import Team, team as follow_team
 
@@ -80,6 +81,18 @@ def test_of_what_another_detector_finds_the_alike_are_kept(tmp_path: Path) -> No
     assert len(found) == 3
     for x, y in TEAM[:3]:
         assert max(float(iou((x, y, *SIZE), each.box)) for each in found) > 0.5
+
+
+@pytest.mark.parametrize("speed", [0, 2])
+def test_counts_are_in_doubt_where_the_camera_moves_alone(speed: int) -> None:
+    """The detector finds a motion of the camera in every frame, which is none at speed 0."""
+    scene = Scene(LookalikeDetector((30, 20, *SIZE)), seed=0)
+    wide = np.kron(np.random.default_rng(0).integers(90, 150, (30, 60, 3)), np.ones((8, 8, 1)))
+    for index in range(4):
+        pixels = wide[:180, speed * index : speed * index + 320].astype(np.uint8)
+        pixels[20:50, 30:44] = RED
+        scene.update(Frame(index, index / 25, pixels))
+    assert scene.doubts == ({"camera": 1} if speed else {})
 
 
 @pytest.mark.slow

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections import Counter, defaultdict
 from collections.abc import Sequence
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -34,7 +35,7 @@ from motes.cli.option_groups import (
 )
 from motes.cli.streams import log
 from motes.cli.track_units import UnitOptions, check_size
-from motes.core.errors import ConfigError, counted
+from motes.core.errors import ConfigError, InputError, counted
 from motes.core.files import writing
 
 if TYPE_CHECKING:
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from motes.correction.history import History
     from motes.formats.recording import FilmFacts, Recording
     from motes.mot.analytics.real_units import Columns, RealUnits
+    from motes.rows.schema import FrameRow
 
 app = App(name="convert", help_format="plaintext")
 FILM = Group("Film (what the file does not contain)", sort_key=3)
@@ -132,6 +134,9 @@ def convert(
     facts = _facts(video, size, fps, frames, label, known)
     recorded = registry.read(rows, source, facts)
     _check_times(recorded, rows, facts, fps)
+    tracked = any(isfinite(each.distance) for row in recorded for each in row.objects)
+    if video is not None and (known is not None or (tracked and facts.end is not None)):
+        _check_run(recorded, rows, facts, video)
     if identity is not None:
         recorded = recorded.only(identity, rows)
         known = known and known.of(identity)
@@ -225,11 +230,12 @@ def _facts(
     if frames is not None and frames < 1:
         raise ConfigError(f"--frames is {frames}; give 1 or more.")
     width, height = given = _sides(size)
+    fps = fps or (known.fps if known is not None else None)
     name, known_frames, end = UNKNOWN, None, None
     files: Sequence[str] = ()
     times: Sequence[float] = ()
     even = fps is not None  # then they follow from the rate
-    rated = fps is not None or known is not None  # whose times are checked otherwise
+    rated = even or known is not None  # whose times are checked otherwise
     if video is not None:
         from motes.video.film import Film
         from motes.video.sources import is_recorded, open_source
@@ -248,7 +254,7 @@ def _facts(
             times = () if even or quick.even_rate else quick.times
             end = quick.times[-1] if not (rated or quick.report.assumed) else None
     elif known is not None:
-        name, fps, known_frames = known.film, fps or known.fps, known.frames
+        name, known_frames = known.film, known.frames
         width, height = known.width, known.height
     if frames and known_frames and frames > known_frames:
         raise ConfigError(f"--frames is {frames}, and {name} has {known_frames}; omit it.")
@@ -280,6 +286,30 @@ def _check_times(recorded: Recording, rows: Path, facts: FilmFacts, fps: float |
         raise ConfigError(
             f"--fps is {fps:g}, and {rows} has times of its own, in seconds; omit it, or remove "
             f"these times from a copy."
+        )
+
+
+def _check_run(recorded: Recording, rows: Path, facts: FilmFacts, video: str) -> None:
+    """Raise an InputError if what motes has followed has other times than the film that is given.
+
+    What others have made may have times that are less exact.
+    """
+    from motes.correction.rows import TIME_TOLERANCE
+    from motes.video.film import Film
+    from motes.video.sources import is_recorded
+
+    def other(film: FilmFacts) -> FrameRow | None:
+        seen = (row for row in recorded if row.objects)
+        return next((r for r in seen if abs(r.time - film.time(r.frame)) > TIME_TOLERANCE), None)
+
+    row = other(facts) if is_recorded(video) else None  # what is live is another film by now
+    if row is not None and facts.times:  # damage may have changed them
+        facts = dataclasses.replace(facts, times=Film(video).times)
+        row = other(facts)
+    if row is not None:
+        raise InputError(
+            f"{rows} has frame {row.frame} at {row.time:g} s, but {facts.source} at "
+            f"{facts.time(row.frame):g} s; give the film of these rows or its --fps."
         )
 
 

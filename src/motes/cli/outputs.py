@@ -226,12 +226,17 @@ def guesses_told(form: str, written: Written, hint: str = DocumentOutput.hint) -
 
 
 def say_how_to_train(path: Path, form: str, recorded: Recording) -> None:
-    """Print how the images come to labels of YOLO, or that CVAT has them in another order."""
+    """Print how the images come to labels of YOLO, or where another tool has others in a frame."""
     names = [row.file or "" for row in recorded]
     if form == "cvat" and names != sorted(names):
         from motes.formats.cvat import ORDER  # not where a run begins
 
         log(f"{path}: {ORDER}")
+    if form == "label-studio":
+        log(
+            f'{path}: Label Studio has a rate of its own; give its tag Video framerate="$fps", so '
+            f"that its frames are those of the film."
+        )
     if form != "yolo":
         return
     film, images = recorded.head.source, str(path / "images")

@@ -44,6 +44,12 @@ KNOWN = {"occluded", "rotation", "track_id", "keyframe"}
 """The attributes that CVAT has of each object; the others are a user's."""
 FOLLOWS = {"area", "num_keypoints", "video_id"}
 """Keys of an annotation that others tell too."""
+FROM_1 = "the {}s of its images count from 1, so that the first is frame 0."
+FROM_0 = (
+    "frames are the numbers in the {}s of its images, from 0; if these count from 1, give the "
+    "images with --video FOLDER."
+)
+"""How frames that may count from 1 are understood."""
 EMPTY = (b"null", b"false", b"0", b"[]", b"{}", b'""')
 """Values of keys that tell nothing."""
 
@@ -290,11 +296,16 @@ def _frames(images: list[_Image], known: Mapping[str, int]) -> tuple[dict[int, i
     paths = {each.id: PureWindowsPath(each.file_name) for each in images}  # it splits at both
     stems = {key: text_name(path.stem) for key, path in paths.items()}
     if None not in stated.values() and not {*stems.values()} <= {*known}:
+        frames = {key: frame for key, frame in stated.items() if frame is not None}
+        _check_once("images", [*frames.values()])
+        if any(each.frame is not None for each in images) or min(frames.values(), default=0) != 1:
+            return frames, []
         # Those who link an image to the one before, without any for the first, count from 1.
         linked = any(each.prev_image_id == -1 and each.frame_id == 1 for each in images)
-        frames = {key: frame - linked for key, frame in stated.items() if frame is not None}
-        _check_once("images", [*frames.values()])
-        return frames, []
+        if linked or sorted(frames.values()) == [*range(1, len(images) + 1)]:
+            first_is_0 = {key: frame - 1 for key, frame in frames.items()}
+            return first_is_0, [FROM_1.format("frame_id")] * (not linked)
+        return frames, [FROM_0.format("frame_id")]
     check_one_film(folder=(path.parent for path in paths.values() if path.name))
     numbers = dict[int, int]()
     for key, stem in stems.items():
@@ -318,11 +329,8 @@ def _frames(images: list[_Image], known: Mapping[str, int]) -> tuple[dict[int, i
         return numbers, []
     if not of_video and sorted(numbers.values()) == [*range(1, len(images) + 1)]:
         first_is_0 = {key: number - 1 for key, number in numbers.items()}
-        return first_is_0, ["the names of its images count from 1, so that the first is frame 0."]
-    return numbers, [
-        "frames are the numbers in its images' names, from 0; if these count from 1, give the "
-        "images with --video FOLDER."
-    ]
+        return first_is_0, [FROM_1.format("name")]
+    return numbers, [FROM_0.format("name")]
 
 
 def _flag(given: Mapping[str, Any], name: str) -> bool:

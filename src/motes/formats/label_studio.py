@@ -46,18 +46,20 @@ LENGTHS, ENDS = 0.02, 0.3
 sound is often longer."""
 LARGEST = 2**53
 """The largest number of a frame that is read at all: JSON of a browser has no other."""
-VIDEO, BOX = "video", "box"
-"""Names of the tags in the labeling configuration, as in Label Studio's own template."""
+VIDEO, BOX, RATE = "video", "box", "fps"
+"""Names of the tags in the labeling configuration, as in Label Studio's own template; and that of
+the film's rate in the task's data, as Label Studio's own examples have it."""
 
 
 def write(recorded: Recording, keyframe_error: float = KEYFRAME_ERROR) -> Iterator[bytes]:
     """Yield a list of one task, with the objects as a prediction.
 
     The keyframes are as few as keep every side of the interpolated boxes within `keyframe_error`
-    pixels of the rows.
+    pixels of the rows. The tag Video takes its rate from the task if it has framerate="$fps".
     """
+    rate = rate_of({row.frame: row.time for row in recorded}) or 1 / FRAME_INTERVAL
     task = {
-        "data": {VIDEO: recorded.head.source},
+        "data": {VIDEO: recorded.head.source, RATE: round(rate, 3)},
         "predictions": [
             {"model_version": f"motes {__version__}", "result": _regions(recorded, keyframe_error)}
         ],

@@ -34,7 +34,13 @@ from motes.core.geometry import FARTHEST, Box, as_samples, of_corners
 from motes.core.log import LOG
 from motes.core.track import Status, Track
 from motes.core.types import Floats
-from motes.mot.detection.moving_camera import MovingCamera, PannedDetector, before_camera
+from motes.mot.detection.moving_camera import (
+    STILL,
+    MovingCamera,
+    PannedDetector,
+    before_camera,
+    corner_shifts,
+)
 from motes.mot.expected import Expected
 from motes.mot.look import Look
 from motes.mot.scene_config import SceneConfig, scene_config
@@ -381,7 +387,8 @@ class Scene:
         """Note from which frame on counts are doubtful; a cut looks like another light, too."""
         kinds = [kind for kind in DOUBTS if kind in found.warnings and kind not in self.warnings]
         if found.motion is not None and self.config.camera != "moving":
-            kinds.append("camera")
+            # Before one that stands still, what is not exact in a homography moves few corners.
+            kinds += ["camera"] * bool(corner_shifts(found.motion, frame).min() > STILL)
         for kind in kinds if found.change is None else [found.change]:
             self.doubts.setdefault(kind, frame.index)
 

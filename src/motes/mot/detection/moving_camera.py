@@ -89,7 +89,7 @@ class MovingCamera:
                 camera.forget()  # its last picture is some frames old
         motion = camera.update(frame.pixels, self._boxes)
         self._followed = max(self._followed - 1, 0)
-        if motion is not None and _moves(motion, frame):
+        if motion is not None and corner_shifts(motion, frame).max() > STILL:
             self._followed = max(self._followed, 2 * LOOK)
         return motion if self._followed else None
 
@@ -97,12 +97,12 @@ class MovingCamera:
         return getattr(self._detector, name)
 
 
-def _moves(motion: Floats, frame: Frame) -> bool:
-    """Return whether a motion moves a corner of the picture."""
+def corner_shifts(motion: Floats, frame: Frame) -> Floats:
+    """Return how far a motion moves each corner of the picture, as shares of its width: (4,)."""
     corners = np.array([(x, y, 1.0) for x in (0, frame.width) for y in (0, frame.height)])
     moved = corners @ motion.T
-    off = moved[:, :2] / moved[:, 2:] - corners[:, :2]
-    return bool(np.abs(off).max() > STILL * frame.width)
+    shifts: Floats = np.abs(moved[:, :2] / moved[:, 2:] - corners[:, :2]).max(axis=1) / frame.width
+    return shifts
 
 
 class PannedDetector:
