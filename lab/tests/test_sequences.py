@@ -199,15 +199,6 @@ def test_mask_pictures(tmp_path: Path, mode: str) -> None:
     assert read_mask(tmp_path / "1.png").box == (7, 4, 10, 5)
 
 
-def test_otb_is_one_based(tmp_path: Path) -> None:
-    sequence = load(otb(tmp_path / "David", "11,21,30,40\nNaN,NaN,NaN,NaN\n"))
-    assert sequence.name == "David"
-    assert sequence.source == tmp_path / "David" / "img"
-    np.testing.assert_array_equal(sequence.boxes, [[10, 20, 30, 40], NAN])
-    np.testing.assert_array_equal(sequence.ellipses[0], [24.5, 39.5, 15, 20, 0])
-    assert np.isnan(sequence.ellipses[1]).all()
-
-
 @pytest.mark.parametrize("mark", ["color", "sequence", "camera_motion.tag"])
 def test_vot_is_zero_based(tmp_path: Path, mark: str) -> None:
     folder = tmp_path / "ball"
@@ -304,14 +295,21 @@ def test_a_sequence_in_a_relative_folder_of_digits(
 
 
 def test_films_with_the_truth_beside_them(tmp_path: Path) -> None:
-    otb(tmp_path / "David", "3,4,5,6\n3,4,5,6\n")
-    for name in ("cup.mp4", "alone.mp4", ".hidden"):
+    """Beside a sequence of OTB, whose pixels count from 1, and what is none."""
+    otb(tmp_path / "David", "11,21,30,40\nNaN,NaN,NaN,NaN\n")
+    others = ("README.md", "code/main.py", ".thumbnails/1.jpg")
+    for name in ("cup.mp4", "alone.mp4", ".hidden", *others):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_bytes(b"")
     (tmp_path / "cup.txt").write_text("3,4,5,6\nNaN,NaN,NaN,NaN\n4,4,5,6\n")
     sequences, problems = load_dataset(tmp_path)
     assert not problems
     assert [sequence.name for sequence in sequences] == ["David", "cup"]
-    film = sequences[1]
+    david, film = sequences
+    assert david.source == tmp_path / "David" / "img"
+    np.testing.assert_array_equal(david.boxes, [[10, 20, 30, 40], NAN])
+    np.testing.assert_array_equal(david.ellipses[0], [24.5, 39.5, 15, 20, 0])
+    assert np.isnan(david.ellipses[1]).all()
     assert Path(film.source) == tmp_path / "cup.mp4"
     assert film.boxes[[0, 2]].tolist() == [[3, 4, 5, 6], [4, 4, 5, 6]]  # 0-based
     assert np.isnan(film.boxes[1]).all()
@@ -423,14 +421,6 @@ def test_a_bad_sequence_is_named_and_the_others_go_on(
     (problem,) = problems
     assert problem.where == "sequence bad"
     assert what in problem.what
-
-
-def test_folders_that_are_no_sequences(tmp_path: Path) -> None:
-    otb(tmp_path / "good", "1,1,5,5\n" * 2)
-    for name in ("code/main.py", ".thumbnails/1.jpg", "README.md"):
-        (tmp_path / name).parent.mkdir(exist_ok=True)
-        (tmp_path / name).touch()
-    assert load(tmp_path).name == "good"
 
 
 def test_nothing_to_load(tmp_path: Path) -> None:

@@ -211,15 +211,6 @@ def test_frames_of_no_task_are_unknown(meta: str, expected: list[int], tmp_path:
     assert [row.frame for row in found] == expected
 
 
-@pytest.mark.parametrize("kind", ["task", "job"])
-def test_frames_that_a_task_of_cvat_skips_are_not_interpolated(kind: str, tmp_path: Path) -> None:
-    meta = f"<{kind}><size>4</size><start_frame>10</start_frame>"
-    meta += f"<frame_filter>step=10</frame_filter></{kind}>"
-    there = [BOX.format("").replace('frame="0"', f'frame="{frame}"') for frame in (10, 20, 40)]
-    document = cvat(tmp_path, meta, track(0, shape="".join(there)))
-    assert frames(registry.read(document, "cvat", FILM)) == [10, 20, 30, 40]
-
-
 @pytest.mark.parametrize("text", [False, "False", "0", None, 0])
 def test_marks_of_coco_may_be_text(text: Any, tmp_path: Path) -> None:
     path = coco(tmp_path, ["1.png"], attributes={"occluded": text}, iscrowd=text)
@@ -242,17 +233,6 @@ BONES = '<skeleton {}><points label="1" outside="0" occluded="0" points="1,2"/><
 def track(number: int, task: int | None = None, shape: str = BOX.format("")) -> str:
     of = "" if task is None else f' task_id="{task}"'
     return f'<track id="{number}" label="car"{of}>{shape}</track>'
-
-
-def test_what_cvat_rotates_is_the_same_in_its_files(tmp_path: Path) -> None:
-    of_coco = registry.read(
-        coco(tmp_path, ["frame_000000.PNG"], attributes={"rotation": 30.0}), "coco", FILM
-    )
-    turned = track(0, shape=BOX.format(' rotation="30"'))
-    of_xml = registry.read(cvat(tmp_path, TASK, turned), "cvat", FILM)
-    (one,), (other,) = (next(iter(each)).objects for each in (of_coco, of_xml))
-    assert one.ellipse == pytest.approx(other.ellipse)
-    assert one.ellipse.theta == pytest.approx(0.5235988)
 
 
 SQUARE = '<box frame="{}" xtl="{}" ytl="90" xbr="{}" ybr="110" rotation="45"/>'
@@ -366,7 +346,7 @@ def yolo(folder: Path, names: str, **texts: str) -> Path:
     (folder / "labels").mkdir(parents=True)
     (folder / "data.yaml").write_text(names)
     for name, text in texts.items():
-        (folder / "labels" / f"{name.replace('__', '.')}.txt").write_text(text)
+        (folder / "labels" / f"{name}.txt").write_text(text)
     return folder
 
 
@@ -395,16 +375,6 @@ def test_names_of_classes_have_no_spaces_around_them(tmp_path: Path) -> None:
     assert [each.label for row in found for each in row.objects] == ["person"]
     with pytest.raises(SourceError, match="its labels are in obj_train_data; give that folder"):
         registry.read(tmp_path, "yolo", FILM)
-
-
-def test_names_with_times_are_of_one_film(tmp_path: Path) -> None:
-    texts = {f"cam-10-00-0{i}_000{i}a": LINE for i in (1, 2)}
-    assert frames(registry.read(yolo(tmp_path, "", **texts), "yolo", FILM)) == [1, 2]
-
-
-def test_a_hash_behind_the_number_of_a_frame_is_no_number(tmp_path: Path) -> None:
-    name = "street_12_jpg__rf__4f3e2a19b"
-    assert frames(registry.read(yolo(tmp_path, "", **{name: LINE}), "yolo", FILM)) == [12]
 
 
 @pytest.mark.parametrize(
@@ -578,10 +548,3 @@ def test_boxes_that_fit_only_as_corners_are_said(
     no_classes, *more = registry.read(path, "coco", FILM).notes
     assert "no categories" in no_classes
     assert ["320x240 only as left, top, right, bottom" in note for note in more] == [True] * said
-
-
-@pytest.mark.parametrize("identity", [0, -1])
-def test_identities_of_coco_are_kept(identity: int, tmp_path: Path) -> None:
-    path = coco(tmp_path, ["1.png"], attributes={"track_id": identity})
-    found = registry.read(path, "coco", FILM)
-    assert [each.identity for row in found for each in row.objects] == [identity]

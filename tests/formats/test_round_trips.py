@@ -414,6 +414,8 @@ def test_rows_of_r_and_pandas_are_read_or_refused(
         ("street.mp4", ("street_0", "street_1"), [0, 1]),
         ("street.mp4", ("street_01", "frame_000012", "img-13"), [1, 12, 13]),
         ("frame.mp4", ("frame_100000", "frame_100001"), [100_000, 100_001]),
+        ("n.mp4", ("cam-10-00-01_0001a", "cam-10-00-02_0002a"), [1, 2]),  # times, of one film
+        ("n.mp4", ("street_12_jpg.rf.4f3e2a19b",), [12]),  # the hash behind it is no number
     ],
 )
 def test_labels_of_ultralytics_count_from_one(
