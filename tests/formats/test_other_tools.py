@@ -211,6 +211,15 @@ def test_frames_of_no_task_are_unknown(meta: str, expected: list[int], tmp_path:
     assert [row.frame for row in found] == expected
 
 
+@pytest.mark.parametrize("kind", ["task", "job"])
+def test_frames_that_a_task_of_cvat_skips_are_not_interpolated(kind: str, tmp_path: Path) -> None:
+    meta = f"<{kind}><size>4</size><start_frame>10</start_frame>"
+    meta += f"<frame_filter>step=10</frame_filter></{kind}>"
+    there = [BOX.format("").replace('frame="0"', f'frame="{frame}"') for frame in (10, 20, 40)]
+    document = cvat(tmp_path, meta, track(0, shape="".join(there)))
+    assert frames(registry.read(document, "cvat", FILM)) == [10, 20, 30, 40]
+
+
 @pytest.mark.parametrize("text", [False, "False", "0", None, 0])
 def test_marks_of_coco_may_be_text(text: Any, tmp_path: Path) -> None:
     path = coco(tmp_path, ["1.png"], attributes={"occluded": text}, iscrowd=text)
