@@ -16,6 +16,7 @@ from PIL import Image, ImageDraw
 from motes import Discriminative, Status, Track, Tracker
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, Ellipse, iou
+from motes.cues.color import borders
 from motes.sot.discriminative import placing
 from motes.sot.discriminative.expert import Evidence
 from motes.sot.discriminative.localization import WindowEstimate, localize
@@ -442,6 +443,22 @@ def test_a_rival_has_to_look_like_the_first_region(
     state.rival = Rival(here)
     found = compared(state, estimate(here, 0.0), estimate(there, evidence), given=cars)
     assert (found.estimate.pose == there) is wins
+
+
+def test_in_a_gray_film_texture_tells_the_place_and_gray_the_border() -> None:
+    """Before gray stripes, finer ones."""
+    stripes = np.tile(np.where(np.arange(200) // 8 % 2 == 0, 140, 100), (150, 1))
+    stripes[50:90, 70:120] = np.where(np.arange(50) // 2 % 2 == 0, 140, 100)
+    frame = Frame(0, 0.0, stripes[..., None].repeat(3, axis=2).astype(np.uint8))
+    config, rng, place = Discriminative(), np.random.default_rng(0), Ellipse(95, 70, 25, 20)
+    state, _ = config.init(rng, frame, place)
+    sights = config.experts.look(state.experts, frame, place)
+    look = localize(config, rng, state, frame, place, sights)
+    assert min(state.contrast, look.contrast) > 0.5
+    gray = config.posterior.integral(state.posterior, look.window)
+    middle = np.array([0.0, 0.0, *state.correlation.grid.half])
+    np.testing.assert_array_equal(look.integral, gray)
+    np.testing.assert_array_equal(state.border, borders(gray, middle[None])[0])
 
 
 def test_fewer_particles_where_the_place_is_clear() -> None:
