@@ -86,7 +86,8 @@ class SceneConfig(Config, frozen=True):
     """How objects come, stay and go."""
 
     tracker: ParticleFilter
-    """The particle filter that follows each object."""
+    """The particle filter that follows each object. Its calibration says nothing here: an object's
+    confidence is how steadily it is detected."""
     camera: Camera = "auto"
     """Whether the camera is still or moving; if auto, it is followed while it moves. Its motion is
     taken from corners of the picture, and the places of all objects are predicted with it. A
