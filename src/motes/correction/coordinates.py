@@ -96,8 +96,7 @@ def overlap_probability(ellipses: Floats, variances: Floats, overlap: float) -> 
     place = variances[:, 0] / a**2 + variances[:, 1] / b**2  # 2 u is the error over the half-axis
     size = variances[:, 2] / a**2 + variances[:, 3] / b**2
     square = np.maximum(place + size, 1e-12)
-    out: Floats = 1 - np.exp(-(math.log(overlap) ** 2) / square)
-    return out
+    return 1 - np.exp(-(math.log(overlap) ** 2) / square)
 
 
 def variances_told(ellipses: Floats, confidence: Floats, overlap: float) -> Floats:

@@ -221,8 +221,7 @@ def local_variance(seen: Floats, times: NDArray[np.int64]) -> Floats:
     around = np.lib.stride_tricks.sliding_window_view(padded, 2 * RUN - 1, axis=0)
     fastest = np.maximum(np.nanmedian(around, axis=2), np.median(steps, axis=0))
     spread = np.maximum(fastest / NORMAL_MEDIAN, LEAST_DEVIATION)
-    out: Floats = spread**2 * np.diff(times)[:, None]
-    return out
+    return spread**2 * np.diff(times)[:, None]
 
 
 def _left_out(seen: Floats, variance: Floats, gate: float) -> Flags:

@@ -6,12 +6,11 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from motes.core.config import Config, NonNegative, Share
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.types import Floats
+from motes.core.types import Flags, Floats
 from motes.mot.look import UNKNOWN, Look, costs
 from motes.mot.overlaps import grouped, inscribed, inside, search_areas
 from motes.mot.pairs import Integers, meeting
@@ -177,7 +176,7 @@ may have come into another light."""
 
 def impostors(
     objects: Sequence[TrackedObject], frame: Frame, boxes: Floats, i: Integers, j: Integers
-) -> NDArray[np.bool_]:
+) -> Flags:
     """Return of which pairs the detection looks as if it were another object, (k,).
 
     It is compared with how the object looked when it was last clear of others. Of one that was so

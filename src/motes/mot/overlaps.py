@@ -11,11 +11,10 @@ from itertools import chain
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from motes.core.frame import Frame
 from motes.core.geometry import Box, intersection, iou
-from motes.core.types import Floats
+from motes.core.types import Flags, Floats
 from motes.mot.pairs import Integers, meeting
 
 MARGIN = 1.0
@@ -42,8 +41,7 @@ def search_areas(centers: Floats, radii: Floats) -> Floats:
 
 def areas(boxes: Floats) -> Floats:
     """Return the areas of boxes, shape (..., 4)."""
-    found: Floats = boxes[..., 2] * boxes[..., 3]
-    return found
+    return boxes[..., 2] * boxes[..., 3]
 
 
 def intersection_over_first(first: Floats, second: Floats) -> Floats:
@@ -160,18 +158,16 @@ def grouped(i: Integers, j: Integers) -> dict[int, Integers]:
     return dict(zip(found.tolist(), np.split(j, starts[1:]), strict=True)) if len(i) else {}
 
 
-def _where(i: Integers, j: Integers, values: Floats, chosen: NDArray[np.bool_]) -> Overlaps:
+def _where(i: Integers, j: Integers, values: Floats, chosen: Flags) -> Overlaps:
     """Return some of the pairs."""
     return i[chosen], j[chosen], values[chosen]
 
 
-def inside(boxes: Floats, frame: Frame) -> NDArray[np.bool_]:
+def inside(boxes: Floats, frame: Frame) -> Flags:
     """Return which boxes (n, 4) the edge of the picture does not cut, (n,).
 
     Detectors end boxes at the edge, so one that touches it may be cut.
     """
     ends = boxes[:, :2] + boxes[:, 2:]
-    out: NDArray[np.bool_] = np.all(
-        (boxes[:, :2] > 0) & (ends < (frame.width, frame.height)), axis=1
-    )
+    out: Flags = np.all((boxes[:, :2] > 0) & (ends < (frame.width, frame.height)), axis=1)
     return out

@@ -298,8 +298,7 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False, dict=True):
         """
         frames, follows = max((now - self.last_time) / dt, 1.0), 1 - smoothing
         slope = 1 + follows * frames + follows**2 * frames * (2 * frames - 1) / 6
-        out: Floats = np.array(self.surprise) * (1 + (frames - 1) * slope)
-        return out
+        return np.array(self.surprise) * (1 + (frames - 1) * slope)
 
     def observe(self, frame: Frame, dt: float, *, learn: bool) -> Self:
         """Run a step of its filter, around where it is detected or should be.

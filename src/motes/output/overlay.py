@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from motes.core.errors import ConfigError
 from motes.core.frame import as_rgb
 from motes.core.track import Status, Track
+from motes.core.types import Bytes, Floats
 
 if TYPE_CHECKING:
     from PIL import Image, ImageFont
@@ -44,7 +45,7 @@ def draw(
     weights: ArrayLike | None = None,
     trail: ArrayLike | None = None,
     label: str | None = None,
-) -> NDArray[np.uint8]:
+) -> Bytes:
     """Return a copy of a frame's pixels with a track drawn on it.
 
     The estimate is an outline: solid and blue while tracking, dashed and orange while searching,
@@ -102,7 +103,7 @@ def draw(
     part = part.resize((SUPERSAMPLING * width, SUPERSAMPLING * height), Image.Resampling.NEAREST)
     pen = ImageDraw.Draw(part, "RGBA")
 
-    def scaled(points: NDArray[np.float64]) -> list[int]:
+    def scaled(points: Floats) -> list[int]:
         # Pillow has 32-bit coordinates; points a million pixels away are not visible anyway.
         inner = SUPERSAMPLING * (points - low) + (SUPERSAMPLING - 1) / 2
         flat: list[int] = np.rint(inner.clip(-1e6, 1e6)).astype(int).ravel().tolist()
@@ -127,7 +128,7 @@ def draw(
     return np.array(image)
 
 
-def png(pixels: NDArray[np.uint8]) -> bytes:
+def png(pixels: Bytes) -> bytes:
     """Return a picture as a PNG file."""
     from PIL import Image
 
@@ -136,7 +137,7 @@ def png(pixels: NDArray[np.uint8]) -> bytes:
     return data.getvalue()
 
 
-def _points(points: ArrayLike | None, name: str) -> NDArray[np.float64]:
+def _points(points: ArrayLike | None, name: str) -> Floats:
     """Return the x and y of points, (N, 2)."""
     if points is None or not np.size(points):
         return np.empty((0, 2))
@@ -148,9 +149,7 @@ def _points(points: ArrayLike | None, name: str) -> NDArray[np.float64]:
     return table[:, :2]
 
 
-def _dots(
-    particles: ArrayLike | None, weights: ArrayLike | None
-) -> tuple[NDArray[np.float64], list[int]]:
+def _dots(particles: ArrayLike | None, weights: ArrayLike | None) -> tuple[Floats, list[int]]:
     """Return the centers of finite particles and their opacities, 0 to 255."""
     dots = _points(particles, "particles")
     weight = np.ones(len(dots)) if weights is None else np.asarray(weights, np.float64)
@@ -166,7 +165,7 @@ def _dots(
 
 
 def _region(
-    points: NDArray[np.float64], margin: float, size: tuple[int, int]
+    points: Floats, margin: float, size: tuple[int, int]
 ) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
     """Return the corners of the part of an image that drawing near the points may change."""
     finite = points[np.isfinite(points).all(axis=1)]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from motes.core.errors import ConfigError
 from motes.core.frame import as_rgb
 from motes.core.track import Status, Track, check_listed
-from motes.core.types import Bytes
+from motes.core.types import Bytes, Floats
 from motes.mot.analytics.regions import Regions
 from motes.output.overlay import font, in_font
 
@@ -39,7 +39,7 @@ def draw_scene(
     regions: Regions | None = None,
     caption: str | Sequence[object] = (),
     notes: Mapping[int, object] = {},
-) -> NDArray[np.uint8]:
+) -> Bytes:
     """Return a copy of a frame's pixels with a scene drawn on it.
 
     Parameters
@@ -121,11 +121,10 @@ def draw_scene(
         ground = (0, 0, 0, 160) if hidden else (*color, 255)
         pen.rectangle(place, ground)
         pen.text(place[:2], text, color if hidden else (0, 0, 0), typeface)
-    drawn: NDArray[np.uint8] = np.array(image)
-    return drawn
+    return np.array(image)
 
 
-def stretches(trail: Sequence[Point]) -> list[NDArray[np.float64]]:
+def stretches(trail: Sequence[Point]) -> list[Floats]:
     """Return the parts of a trail, (n, 2) each, between places that are NaN."""
     places = np.reshape(trail, (-1, 2))
     parts = np.split(places, np.flatnonzero(np.isnan(places).any(axis=1)))
@@ -138,7 +137,7 @@ def _hidden(track: Track) -> bool:
 
 
 def _free(
-    start: Point, text: tuple[float, ...], image: tuple[int, int], taken: NDArray[np.float64]
+    start: Point, text: tuple[float, ...], image: tuple[int, int], taken: Floats
 ) -> tuple[float, float, float, float]:
     """Return the place of a text (left, top, right, bottom), inside the picture.
 
@@ -156,7 +155,7 @@ def _free(
     return place
 
 
-def _rounded(points: NDArray[np.float64]) -> list[int]:
+def _rounded(points: Floats) -> list[int]:
     """Return points as whole numbers in a flat list, within Pillow's 32 bits."""
     flat: list[int] = np.rint(points.clip(-1e6, 1e6)).astype(int).ravel().tolist()
     return flat
@@ -168,7 +167,7 @@ DIM = 0.6
 """Share of its brightness that the frame keeps below the paths."""
 
 
-def heatmap(pixels: Bytes, seconds: NDArray[np.float64]) -> Bytes:
+def heatmap(pixels: Bytes, seconds: Floats) -> Bytes:
     """Return a frame with colors for how long feet have been at each place.
 
     `seconds` (H, W) is the time for which a foot was at each pixel, over all objects.

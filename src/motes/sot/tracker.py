@@ -23,7 +23,7 @@ from motes.core.geometry import as_samples, check_angle, region_within
 from motes.core.log import LOG
 from motes.core.saved_state import UNREADABLE, sealed, unpack, unsealed
 from motes.core.track import Status, Track
-from motes.core.types import Floats, Numbers
+from motes.core.types import Bytes, Floats, Numbers
 from motes.sot.algorithm import Algorithm, StepInfo
 from motes.sot.bare import bare_note, cut_note
 from motes.sot.discriminative.tracker import Discriminative
@@ -419,7 +419,7 @@ class _Saved(msgspec.Struct):
     """The content of a file without the configuration; `state` has the algorithm's type."""
 
     random: str
-    frame: tuple[int, float, NDArray[np.uint8]]
+    frame: tuple[int, float, Bytes]
     angle: float
     state: Any
     depth: int | None = None

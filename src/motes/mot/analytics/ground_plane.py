@@ -7,11 +7,11 @@ from typing import Annotated, TypeAlias
 
 import numpy as np
 from msgspec import Meta
-from numpy.typing import NDArray
 
 from motes.core.config import Config
 from motes.core.errors import ConfigError
 from motes.core.geometry import FARTHEST
+from motes.core.types import Floats
 
 Point: TypeAlias = tuple[float, float]
 Number = Annotated[float, Meta(ge=-FARTHEST, le=FARTHEST)]
@@ -66,7 +66,7 @@ class Ground(Config, frozen=True):
 
 
 @cache
-def _matrix(ground: Ground) -> NDArray[np.float64]:
+def _matrix(ground: Ground) -> Floats:
     """Return the homography, (3, 3), from pixels to metres; fitted, w > 0 below the horizon."""
     if ground.scale is not None:
         return np.diag([1.0, 1.0, ground.scale])
@@ -76,7 +76,7 @@ def _matrix(ground: Ground) -> NDArray[np.float64]:
     return matrix_of(ground.homography)
 
 
-def matrix_of(homography: Homography) -> NDArray[np.float64]:
+def matrix_of(homography: Homography) -> Floats:
     """Return the matrix (3, 3) of a homography; raise a ConfigError if it cannot be inverted."""
     matrix = np.array(homography)
     if np.linalg.matrix_rank(matrix) < 3:
@@ -84,7 +84,7 @@ def matrix_of(homography: Homography) -> NDArray[np.float64]:
     return matrix
 
 
-def _fitted(points: NDArray[np.float64]) -> NDArray[np.float64]:
+def _fitted(points: Floats) -> Floats:
     """Return the homography (3, 3) that maps x, y to X, Y, all four in `points` (n, 4).
 
     The direct linear transform over normalized points: Hartley, In defense of the eight-point
@@ -99,14 +99,14 @@ def _fitted(points: NDArray[np.float64]) -> NDArray[np.float64]:
     _, singular, basis = np.linalg.svd(rows)
     if singular[7] <= DEGENERATE * singular[0]:
         raise ConfigError("Points on a line do not determine the ground; give others.")
-    matrix: NDArray[np.float64] = np.linalg.inv(metres) @ basis[8].reshape(3, 3) @ pixels
+    matrix: Floats = np.linalg.inv(metres) @ basis[8].reshape(3, 3) @ pixels
     w = np.hstack([points[:, :2], ones]) @ matrix[2]
     if w.max() > 0 > w.min():
         raise ConfigError("The points do not lie on one side of a horizon; check their order.")
     return -matrix if w[0] < 0 else matrix
 
 
-def _normalizing(points: NDArray[np.float64]) -> NDArray[np.float64]:
+def _normalizing(points: Floats) -> Floats:
     """Return the similarity (3, 3) that moves points to the origin, at a mean distance of 1."""
     center = points.mean(axis=0)
     spread = np.hypot(*(points - center).T).mean() or 1.0

@@ -14,7 +14,6 @@ import math
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from motes import kernels
 from motes.core.geometry import Box
@@ -39,7 +38,7 @@ class Preview:
         self._count, self._seen, self._step = 0, 0, 1
 
     @property
-    def pictures(self) -> NDArray[np.uint8]:
+    def pictures(self) -> Bytes:
         """The pictures that are kept, (n, H, W, 3), in their order."""
         return self._kept[: self._count]
 

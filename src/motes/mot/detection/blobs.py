@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from motes import kernels
 from motes.core.geometry import Box, iou
-from motes.core.types import Bytes, Floats
+from motes.core.types import Bytes, Flags, Floats
 from motes.mot.detection.morphology import closed, components, opened
 from motes.mot.overlaps import CONTAINED, areas, as_rows, covered_pairs
 from motes.mot.pairs import Integers
@@ -83,7 +83,7 @@ def small_patches(mask: Bytes, least: float) -> int:
     return int(np.count_nonzero((share < 1) & (share > 1 / SMALL)))
 
 
-def _patches(mask: Bytes) -> tuple[NDArray[np.bool_], NDArray[np.int32], Integers]:
+def _patches(mask: Bytes) -> tuple[Flags, NDArray[np.int32], Integers]:
     """Return a mask without holes and specks, the patches there by number, and their boxes, areas.
 
     Patches that are near to each other are one.
@@ -97,7 +97,7 @@ def _patches(mask: Bytes) -> tuple[NDArray[np.bool_], NDArray[np.int32], Integer
 
 
 def _objects(
-    patch: NDArray[np.bool_], whole: Box, area: int, known: Floats, inside: Integers
+    patch: Flags, whole: Box, area: int, known: Floats, inside: Integers
 ) -> list[tuple[int, Box]]:
     """Return the areas and boxes of the objects in a patch (h, w) of an area, which `whole` bounds.
 
@@ -121,7 +121,7 @@ def _objects(
     return [(area, whole)]
 
 
-def shared(patch: NDArray[np.bool_], whole: Box, places: Floats) -> tuple[Floats, Floats]:
+def shared(patch: Flags, whole: Box, places: Floats) -> tuple[Floats, Floats]:
     """Return where objects are in a patch that holds them, and the pixels of each: (n, 4), (n,).
 
     Each pixel belongs to the object whose center is nearest, in half sides of its box, and each
@@ -166,11 +166,11 @@ def _plausible(parts: int, patch: Box, known: Floats) -> bool:
     return inside in (0, 1, parts)
 
 
-def _holds(box: Box, others: Floats) -> NDArray[np.bool_]:
+def _holds(box: Box, others: Floats) -> Flags:
     """Return which of other boxes (n, 4) have their centers in a box."""
     low, high = box[:2], (box.x + box.width, box.y + box.height)
     centers = others[:, :2] + others[:, 2:] / 2
-    holds: NDArray[np.bool_] = np.all((low < centers) & (centers < high), axis=1)
+    holds: Flags = np.all((low < centers) & (centers < high), axis=1)
     return holds
 
 

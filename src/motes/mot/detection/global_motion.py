@@ -10,10 +10,9 @@ from __future__ import annotations
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from motes.core.callables import optional
-from motes.core.types import Bytes, Floats
+from motes.core.types import Bytes, Flags, Floats, Singles
 from motes.mot.detection.morphology import opencv
 
 Model: TypeAlias = Literal["homography", "similarity"]
@@ -60,11 +59,10 @@ def _motion(before: Bytes, after: Bytes, model: Model, objects: Floats) -> Float
         )
     if matrix is None or agrees.sum() < FEWEST:
         return None
-    out: Floats = matrix if model == "homography" else np.vstack([matrix, (0, 0, 1)])
-    return out
+    return matrix if model == "homography" else np.vstack([matrix, (0, 0, 1)])
 
 
-def _corners(gray: Bytes) -> NDArray[np.float32]:
+def _corners(gray: Bytes) -> Singles:
     """Return the strongest corners (N, 2) of each cell of a gray picture (H, W)."""
     cv2 = opencv()
     strength = cv2.cornerMinEigenVal(gray, 3)
@@ -78,11 +76,11 @@ def _corners(gray: Bytes) -> NDArray[np.float32]:
     return np.stack([x[best], y[best]], axis=1).astype(np.float32)
 
 
-def _inside(points: NDArray[np.float32], boxes: Floats) -> NDArray[np.bool_]:
+def _inside(points: Singles, boxes: Floats) -> Flags:
     """Return which points (N, 2) lie in one of the boxes (M, 4): (N,)."""
     away = points[:, None] - boxes[:, :2]
     inside = ((away >= 0) & (away < boxes[:, 2:])).all(axis=2)
-    out: NDArray[np.bool_] = np.logical_or.reduce(inside, axis=1)
+    out: Flags = np.logical_or.reduce(inside, axis=1)
     return out
 
 
@@ -97,8 +95,7 @@ def reduced(pixels: Bytes, width: int) -> tuple[Bytes, float]:
 def scaled(motion: Floats, scale: float) -> Floats:
     """Return a motion (3, 3) of pictures as that of the same pictures scaled."""
     matrix = np.diag([scale, scale, 1.0])
-    out: Floats = matrix @ motion @ np.linalg.inv(matrix)
-    return out
+    return matrix @ motion @ np.linalg.inv(matrix)
 
 
 class GlobalMotion:

@@ -12,13 +12,12 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from motes.core.config import Config, Share
 from motes.core.detection import Detection, Detector, DetectorConfig, check_callable
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse, as_region, region_within
-from motes.core.types import Floats
+from motes.core.types import Flags, Floats
 from motes.cues.color import Color, ColorModel
 from motes.cues.gradients import Hog
 from motes.cues.sampling import Lattice
@@ -206,7 +205,7 @@ class LookalikeDetector:
         inside = [any(_meet(each, box) for box in large) for each in grid]
         return np.concatenate([own, grid[np.array(inside, bool)]])
 
-    def _known(self, grid: Floats) -> NDArray[np.bool_]:
+    def _known(self, grid: Floats) -> Flags:
         """Return which ellipses (N, 5) lie where an object of the frame before would be at rest.
 
         So an object that stands still is found again.
@@ -260,7 +259,7 @@ class LookalikeDetector:
         return place
 
 
-def _shares(mask: NDArray[np.bool_], ellipses: Floats, frame: Frame) -> Floats:
+def _shares(mask: Flags, ellipses: Floats, frame: Frame) -> Floats:
     """Return the share of a reduced mask in the box of each ellipse (N, 5): (N,)."""
     sums = np.zeros((mask.shape[0] + 1, mask.shape[1] + 1))
     sums[1:, 1:] = mask.cumsum(axis=0).cumsum(axis=1)

@@ -16,6 +16,7 @@ from motes.core.errors import ConfigError
 from motes.core.files import read_text
 from motes.core.frame import Frame
 from motes.core.onnx_session import Session
+from motes.core.types import Bytes, Floats
 from motes.mot.detection.onnx_heads import (
     KINDS,
     Boxes,
@@ -156,9 +157,7 @@ class OnnxDetector:
             if box.width > 0 and box.height > 0
         ]
 
-    def _fitted(
-        self, pixels: NDArray[np.uint8]
-    ) -> tuple[NDArray[Any], tuple[float, float], tuple[int, int]]:
+    def _fitted(self, pixels: Bytes) -> tuple[NDArray[Any], tuple[float, float], tuple[int, int]]:
         """Return a frame in the size of the input; its scale there, and its left upper corner."""
         high, wide = pixels.shape[:2]
         scale = self._size[0] / wide, self._size[1] / high
@@ -178,7 +177,7 @@ class OnnxDetector:
         whole[top : top + size[1], left : left + size[0]] = pixels
         return whole, scale, (left, top)
 
-    def _run(self, pixels: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
+    def _run(self, pixels: Floats) -> dict[str, NDArray[Any]]:
         """Return the model's outputs by name, for pixels (H, W, 3) in its units."""
         given = pixels if self._channels_last else np.moveaxis(pixels, 2, 0)
         batch = np.ascontiguousarray(given[None], self._type)

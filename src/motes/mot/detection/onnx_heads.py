@@ -193,8 +193,7 @@ def _only(outputs: Arrays) -> Floats:
 def _batch(array: NDArray[Any], ndim: int) -> NDArray[Any]:
     """Return an array without a first dimension of 1, if it has one more than it needs."""
     boxes = array.shape[-1] == 4 and array.ndim > 1
-    out: NDArray[Any] = array[0] if array.ndim > ndim + boxes else array
-    return out
+    return array[0] if array.ndim > ndim + boxes else array
 
 
 def _boxes_and_logits(outputs: Arrays) -> tuple[str | None, str]:

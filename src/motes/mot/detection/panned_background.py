@@ -7,10 +7,9 @@ stays in the picture, so before this background it moves; `PannedBackground.stay
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from motes.core.geometry import Box
-from motes.core.types import Bytes, Floats
+from motes.core.types import Bytes, Flags, Floats
 from motes.mot.detection.global_motion import GlobalMotion, Model, reduced, scaled
 from motes.mot.detection.illumination import Background, without_tremble
 from motes.mot.detection.morphology import opencv
@@ -62,7 +61,7 @@ class PannedBackground:
         self.motion, carried = self._camera.update(pixels), self._carried
         self._carried = None if self.motion is None or carried is None else self.motion @ carried
 
-    def foreground(self, pixels: Bytes, time: float = 0.0) -> NDArray[np.bool_]:
+    def foreground(self, pixels: Bytes, time: float = 0.0) -> Flags:
         """Return the foreground of the next frame, at a time in seconds, reduced: (h, w).
 
         In the first frame, and if the camera's motion is not clear, all may be foreground. Where

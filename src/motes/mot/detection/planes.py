@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes import kernels
+from motes.core.types import Bytes
 from motes.kernels.structures import Sums
 
 Planes = NDArray[np.uint8]
@@ -13,7 +14,7 @@ Planes = NDArray[np.uint8]
 UNCHANGED = np.tile(np.arange(256, dtype=np.uint8), (3, 1))
 
 
-def planes_of(pixels: NDArray[np.uint8], tables: NDArray[np.uint8] = UNCHANGED) -> Planes:
+def planes_of(pixels: Bytes, tables: Bytes = UNCHANGED) -> Planes:
     """Return the planes of a picture (H, W, 3), with values looked up in its tables (3, 256)."""
     out = np.empty((3, *pixels.shape[:2]), np.uint8)
     kernels.planes.expose(pixels, tables, out)

@@ -159,8 +159,7 @@ def look_at(frame: Frame, ellipse: Ellipse) -> Singles:
     right, down = -math.sin(theta) * b / 2, math.cos(theta) * b / 2
     halves = [(x - right, y - down), (x + right, y + down)]
     regions = np.array([(*center, INNER * a, b / 2, theta) for center in halves])
-    out: Singles = np.sqrt(COLOR.histograms(frame, regions).ravel() / 2).astype(np.float32)
-    return out
+    return np.sqrt(COLOR.histograms(frame, regions).ravel() / 2).astype(np.float32)
 
 
 def distances(looks: Singles, look: Singles) -> Singles:

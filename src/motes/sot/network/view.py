@@ -73,8 +73,7 @@ class NetworkView(msgspec.Struct, frozen=True, eq=False):
         own_width, own_height = self.size
         scale = _larger(extent(width, height) / extent(own_width, own_height))
         proportion = _larger(own_width / own_height * height / width)
-        kept: Floats = np.exp(-(scale * proportion - 1) * self.choice.penalty)
-        return kept
+        return np.exp(-(scale * proportion - 1) * self.choice.penalty)
 
 
 def view_of(
@@ -94,8 +93,7 @@ def view_of(
 def extent(width: Floats | float, height: Floats | float) -> Floats:
     """Return the side of the square that holds a box with its context (Li et al.)."""
     context = (width + height) / 2
-    out: Floats = np.sqrt((width + context) * (height + context))
-    return out
+    return np.sqrt((width + context) * (height + context))
 
 
 def _larger(ratio: Floats) -> Floats:
