@@ -197,7 +197,7 @@ def test_regions_that_are_refused(name: str, target: Any, message: str) -> None:
         tracker.update(FRAMES[1])
     for each in (tracker, alone):
         each.init(FRAMES[0], TARGET)
-    for start in (tracker.init, tracker.reinit, lambda _, target: tracker.correct(target)):
+    for start in (tracker.init, lambda _, target: tracker.correct(target)):
         with pytest.raises(ConfigError, match=message):
             start(FRAMES[1], target)
     # A refused start leaves no trace.
@@ -207,9 +207,8 @@ def test_regions_that_are_refused(name: str, target: Any, message: str) -> None:
 def test_a_region_begins_within_a_turn() -> None:
     tracker = Tracker("nummiaro")
     tracker.init(FRAMES[0], TARGET)
-    for start in (tracker.init, tracker.reinit):
-        with pytest.raises(ConfigError, match="theta begins with 45; it is in radians"):
-            start(FRAMES[1], (20, 20, 9, 5, 45))
+    with pytest.raises(ConfigError, match="theta begins with 45; it is in radians"):
+        tracker.init(FRAMES[1], (20, 20, 9, 5, 45))
 
 
 @of_algorithms
@@ -217,7 +216,6 @@ def test_nothing_works_before_a_target(name: str, tmp_path: Path) -> None:
     tracker = Tracker(CONFIGS[name])
     for call in (
         lambda: tracker.update(FRAMES[0]),
-        lambda: tracker.reinit(FRAMES[0], TARGET),
         lambda: tracker.correct(TARGET),
         lambda: tracker.save(tmp_path / "state"),
     ):
@@ -272,18 +270,6 @@ def test_a_run_depends_on_its_seed_alone(name: str) -> None:
     assert list(states()) == randomness
     for picture, pixels in zip(FRAMES, pictures, strict=True):
         np.testing.assert_array_equal(picture.pixels, pixels)
-
-
-@of_states
-def test_reinit_goes_on_in_the_same_video(name: str) -> None:
-    tracker = Tracker(CONFIGS[name])
-    follow(tracker, FRAMES[:4])
-    track = sound(tracker.reinit(FRAMES[4].pixels, region(path(4))), tracker.config)
-    assert track.frame == 4
-    assert track.time == pytest.approx(4 * FRAME_INTERVAL)
-    np.testing.assert_allclose(track.ellipse, region(path(4)), atol=1e-9)
-    for index in range(5, 9):
-        assert iou(tracker.update(FRAMES[index]).box, region(path(index)).box) > 0.4
 
 
 @pytest.mark.parametrize("name", ["mean_shift", "nummiaro", "nummiaro:adaptive", "maggio"])

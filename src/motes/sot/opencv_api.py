@@ -30,8 +30,7 @@ class OpenCVTracker:
     Attributes
     ----------
     tracker
-        The `Tracker` behind it, for `correct`, `save` and `load`. Its own images are RGB, and its
-        `reinit` counts one as the next frame: to follow another object, call `init` here again.
+        The `Tracker` behind it, for `correct`, `save` and `load`. Its own images are RGB.
     """
 
     def __init__(

@@ -113,23 +113,6 @@ class Tracker:
             info = replace(info, note=note)
         return self._take(picture, (state, info), ellipse.theta)
 
-    def reinit(self, frame: Picture, region: Numbers) -> Track:
-        """Forget the target and follow the object in `region` from here, in the same video.
-
-        An image counts as the next frame; to begin in the last one, give that as a `Frame`.
-
-        Raises
-        ------
-        ConfigError
-            Before `init` or `search`, or as `init` does.
-        """
-        _, last = self._started()
-        picture = as_frame(frame, last, self._direction)
-        ellipse = region_within(region, picture.width, picture.height)
-        check_angle(ellipse.theta)
-        begun = self._algorithm.init(self._rng, self._seen(picture), ellipse)
-        return self._take(picture, begun, ellipse.theta)
-
     def learn_also(self, frame: Picture, region: Numbers) -> None:
         """Learn how the target looks in another frame of the video, right after `init`.
 
