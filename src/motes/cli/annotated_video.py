@@ -11,9 +11,10 @@ from motes.cli.frame_loop import Moment, Sink
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.track import ROUNDING, Status, Track
 from motes.core.types import Bytes
+from motes.mot.analytics.ground_plane import Point
 from motes.mot.analytics.regions import Regions
 from motes.output.overlay import describe, draw
-from motes.output.scene_overlay import Point, draw_scene
+from motes.output.scene_overlay import draw_scene
 from motes.video.film import Film
 from motes.video.sources import Source
 from motes.video.writer import VideoWriter

@@ -89,7 +89,7 @@ class Session:
             )
         except Exception as error:  # onnxruntime has errors of many kinds
             raise SourceError(_why_not_read(path, error, runtime.__version__)) from None
-        self.path, self._threads, self._provider = path, threads, provider
+        self.path = path
         self.inputs = _tensors(self._session.get_inputs())
         self.outputs = _tensors(self._session.get_outputs())
         self.metadata: Mapping[str, str] = self._session.get_modelmeta().custom_metadata_map
@@ -98,10 +98,6 @@ class Session:
     def __str__(self) -> str:
         takes, gives = (", ".join(map(str, each)) for each in (self.inputs, self.outputs))
         return f"{Path(self.path).name} (takes {takes or 'nothing'}; gives {gives or 'nothing'})"
-
-    def with_open_sizes(self) -> Session:
-        """Return the same model, which takes inputs of other sizes than its file fixes."""
-        return Session(self.path, self._threads, self._provider, open_sizes=True)
 
     def run(self, inputs: Mapping[str, NDArray[Any]]) -> Arrays:
         """Return all outputs by name, in arrays of their own.

@@ -13,11 +13,9 @@ from motes.core.errors import ConfigError
 from motes.core.frame import as_rgb
 from motes.core.track import Status, Track, check_listed
 from motes.core.types import Bytes, Floats
+from motes.mot.analytics.ground_plane import Point
 from motes.mot.analytics.regions import Regions
-from motes.output.overlay import font, in_font
-
-Color = tuple[int, int, int]
-Point = tuple[float, float]
+from motes.output.overlay import Color, font, in_font
 
 REGION_COLOR: Color = (255, 255, 255)
 PLACES = 5

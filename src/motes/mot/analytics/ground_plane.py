@@ -72,13 +72,7 @@ def _matrix(ground: Ground) -> Floats:
         return np.diag([1.0, 1.0, ground.scale])
     if ground.points is not None:
         return _fitted(np.array(ground.points))
-    assert ground.homography is not None, "there is one of three"
-    return matrix_of(ground.homography)
-
-
-def matrix_of(homography: Homography) -> Floats:
-    """Return the matrix (3, 3) of a homography; raise a ConfigError if it cannot be inverted."""
-    matrix = np.array(homography)
+    matrix = np.array(ground.homography)
     if np.linalg.matrix_rank(matrix) < 3:
         raise ConfigError("The homography maps the picture onto a line; give another one.")
     return matrix

@@ -15,7 +15,7 @@ from motes.core.detection import Detection, DetectorConfig, Names, label_of, to_
 from motes.core.errors import ConfigError
 from motes.core.files import read_text
 from motes.core.frame import Frame
-from motes.core.onnx_session import Session
+from motes.core.onnx_session import Arrays, Session
 from motes.core.types import Bytes, Floats
 from motes.mot.detection.onnx_heads import (
     KINDS,
@@ -177,7 +177,7 @@ class OnnxDetector:
         whole[top : top + size[1], left : left + size[0]] = pixels
         return whole, scale, (left, top)
 
-    def _run(self, pixels: Floats) -> dict[str, NDArray[Any]]:
+    def _run(self, pixels: Floats) -> Arrays:
         """Return the model's outputs by name, for pixels (H, W, 3) in its units."""
         given = pixels if self._channels_last else np.moveaxis(pixels, 2, 0)
         batch = np.ascontiguousarray(given[None], self._type)

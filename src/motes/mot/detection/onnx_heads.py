@@ -16,7 +16,7 @@ A is the number of cells of grids with steps of 8, 16 and 32 pixels.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from motes.core.errors import ConfigError
 from motes.core.geometry import iou
+from motes.core.onnx_session import Arrays
 from motes.core.types import Floats
 
 Head = Literal["auto", "yolox", "yolov5", "yolo", "nms", "detr", "rfdetr", "rtdetr", "lists"]
@@ -37,8 +38,6 @@ IMAGENET = (123.675, 116.28, 103.53), (58.395, 57.12, 57.375)
 """Mean and standard deviation of ImageNet's channels, from 0 to 255."""
 UNIT = (0.0, 0.0, 0.0), (255.0, 255.0, 255.0)
 RAW = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
-
-Arrays = Mapping[str, NDArray[Any]]
 
 
 class Boxes(NamedTuple):

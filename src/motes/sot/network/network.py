@@ -142,10 +142,10 @@ class _Opened(msgspec.Struct, frozen=True):
 @lru_cache(KEPT_OPEN)
 def _opened(network: Network) -> _Opened:
     """Return a network ready to run, tried on a gray picture; raise the errors of `open`."""
-    files = [Session(path, network.threads, network.provider) for path in network.paths]
-    name, family, sessions = _recognized(files)
+    run_on = network.threads, network.provider
+    name, family, sessions = _recognized([Session(path, *run_on) for path in network.paths])
     if family.open_sizes:
-        sessions = tuple(each.with_open_sizes() for each in sessions)
+        sessions = tuple(Session(each.path, *run_on, open_sizes=True) for each in sessions)
     frame, middle = Frame(0, 0.0, np.full((64, 64, 3), 128, np.uint8)), Ellipse(32, 32, 8, 8)
     named = " and ".join(Path(path).name for path in network.paths)
     try:

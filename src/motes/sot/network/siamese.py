@@ -61,9 +61,21 @@ class Siamese(NetworkFamily, Config, frozen=True, tag="siamese"):
         self, sessions: Sequence[Session], template: Singles, frame: Frame, place: Ellipse
     ) -> NetworkView:
         """Return what the network sees around a place; see `NetworkFamily`."""
-        side = float(extent(*place.box[2:])) * SEARCH / TEMPLATE
-        region = Square.around(place.x, place.y, side)
-        return look_in(sessions, template, frame, region, place.box[2:])
+        backbone, head = sessions
+        size = place.box[2:]
+        region = Square.around(place.x, place.y, float(extent(*size)) * SEARCH / TEMPLATE)
+        (first, *_), (*_, last) = (_with_sides(head.inputs, n) for n in (TEMPLATE_CELLS, CELLS))
+        seen = features(backbone, frame, region, SEARCH)
+        outputs = head.run({first: template, last: seen})
+        by_channels = {
+            each.shape[1]: each[0].reshape(each.shape[1], -1) for each in outputs.values()
+        }
+        background, target = by_channels[2].astype(np.float64)
+        with np.errstate(over="ignore", invalid="ignore"):  # the score is 0 then, or no number
+            scores: Floats = 1 / (1 + np.exp(background - target))
+        corner = np.array([region.left, region.top] * 2)
+        sides = corner + region.side / SEARCH * (_points() + _SIGNS * by_channels[4].T)
+        return view_of(sides, scores, hann(CELLS, zero_at_border=True), size, Choice())
 
 
 def _is_backbone(file: Session) -> bool:
@@ -97,28 +109,6 @@ def features(backbone: Session, frame: Frame, region: Square, size: int) -> Sing
     pixels = read(frame, region, size, fill)
     (out,) = backbone.run({backbone.inputs[0].name: pixels}).values()
     return out
-
-
-def look_in(
-    sessions: Sequence[Session],
-    template: Singles,
-    frame: Frame,
-    region: Square,
-    size: tuple[float, float],
-) -> NetworkView:
-    """Return what the network sees in a region, for a target of a width and height."""
-    backbone, head = sessions
-    (first, *_), (*_, last) = (_with_sides(head.inputs, n) for n in (TEMPLATE_CELLS, CELLS))
-    seen = features(backbone, frame, region, SEARCH)
-    outputs = head.run({first: template, last: seen})
-    by_channels = {each.shape[1]: each[0].reshape(each.shape[1], -1) for each in outputs.values()}
-    background, target = by_channels[2].astype(np.float64)
-    with np.errstate(over="ignore", invalid="ignore"):  # the score is 0 then, or no number
-        scores: Floats = 1 / (1 + np.exp(background - target))
-    scale = region.side / SEARCH
-    corner = np.array([region.left, region.top] * 2)
-    sides = corner + scale * (_points() + _SIGNS * by_channels[4].T)
-    return view_of(sides, scores, hann(CELLS, zero_at_border=True), size, Choice())
 
 
 _SIGNS = np.array([-1.0, -1.0, 1.0, 1.0])
