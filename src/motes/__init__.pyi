@@ -52,7 +52,6 @@ from .sot.presets import (
 )
 from .sot.tracker import Tracker as Tracker
 from .sot.trackers import Trackers as Trackers
-from .video.image_files import read_image as read_image
 from .video.sources import Source as Source, open_source as open_source
 from .video.writer import VideoWriter as VideoWriter
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
 from backgrounds import NO_CV2
-from motes import ConfigError, Detection, Frame, SourceError, read_image
+from motes import ConfigError, Detection, Frame, SourceError, open_source
 from motes.core.geometry import Box, iou
 from motes.kernels.structures import LightLimits
 from motes.mot.detection import background, foreground
@@ -227,7 +227,8 @@ def test_people(data: Path) -> None:
     folder = data / "mot" / "TUD-Stadtmitte"
     truth = np.loadtxt(folder / "gt" / "gt.txt", delimiter=",", usecols=range(6))
     boxes = truth[truth[:, 0] == 1, 2:] - (1, 1, 0, 0)
-    pixels = read_image(folder / "img1" / "000001.jpg")
+    with open_source(folder / "img1" / "000001.jpg") as film:
+        pixels = next(film).pixels
     found = PeopleConfig().detector()(Frame(0, 0.0, pixels))
     overlaps = iou(np.array([each.box for each in found])[:, None], boxes)
     assert len(found) >= 4

@@ -8,7 +8,7 @@ from PIL import Image
 from PIL.TiffImagePlugin import ImageFileDirectory_v2
 
 from clips import picture
-from motes import SourceError, open_source, read_image
+from motes import SourceError, open_source
 
 IMAGES = [Image.fromarray(picture(index)) for index in range(5)]
 SHOWN = [40, 120, 20, 40, 40]
@@ -124,7 +124,8 @@ def test_an_animation_among_images_does_not_pass_for_one_of_them(tmp_path: Path)
             assert len(list(source)) == 3
             assert source.report.left_out == 8
             assert "8 picture(s) left out" in (source.report.problems or "")
-    assert np.array_equal(read_image(tmp_path / "2.png"), picture(0))
+    with open_source(tmp_path / "2.png") as source:
+        assert np.array_equal(next(source).pixels, picture(0))
 
 
 def test_the_other_pictures_of_a_phones_photograph_are_no_film(tmp_path: Path) -> None:
@@ -169,6 +170,5 @@ def test_an_image_that_is_too_large_is_refused_as_such(
 ) -> None:
     IMAGES[0].save(tmp_path / "a.png")
     monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 64 * 48 // 2 - 1)
-    for read in (open_source, read_image):
-        with pytest.raises(SourceError, match="too large: more than 3070 pixels"):
-            read(tmp_path / "a.png")
+    with pytest.raises(SourceError, match="too large: more than 3070 pixels"):
+        open_source(tmp_path / "a.png")

@@ -35,7 +35,7 @@ from clips import (
     sound_only,
     spoil,
 )
-from motes import ConfigError, SourceError, open_source, read_image
+from motes import ConfigError, SourceError, open_source
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.video import decoder
 from motes.video.decoder import MAX_BAD_PACKETS
@@ -144,7 +144,7 @@ def test_a_turned_photograph_is_upright_whoever_reads_it(tmp_path: Path) -> None
         image.save(tmp_path / "turned.jpg", exif=exif, quality=95)
         (tmp_path / "turned.bin").write_bytes((tmp_path / "turned.jpg").read_bytes())
         frames, _ = read(tmp_path / "turned.bin")
-        error = np.abs(frames[0].pixels.astype(int) - read_image(tmp_path / "turned.jpg"))
+        error = np.abs(frames[0].pixels.astype(int) - read(tmp_path / "turned.jpg")[0][0].pixels)
         assert error.mean() < 4
 
 
@@ -406,7 +406,7 @@ def test_every_kind_of_image_becomes_rgb(tmp_path: Path) -> None:
         ("cmyk.jpg", rgb.convert("CMYK"), None),
     ):
         image.save(tmp_path / name)
-        out = read_image(tmp_path / name)
+        out = read(tmp_path / name)[0][0].pixels
         assert out.shape == (7, 9, 3)
         assert out.dtype == np.uint8
         assert out.flags.c_contiguous
@@ -462,7 +462,7 @@ def test_gray_of_16_bits_or_floats_keeps_its_shades(tmp_path: Path) -> None:
     (tmp_path / "deep.pgm").write_bytes(b"P5 9 7 65535\n" + gray.astype(">u2").tobytes())
     Image.fromarray((gray / 65535).astype(np.float32)).save(tmp_path / "float.tif")
     for name in ("deep.pgm", "float.tif"):
-        shades = read_image(tmp_path / name)[:, :, 0].astype(int)
+        shades = read(tmp_path / name)[0][0].pixels[:, :, 0].astype(int)
         assert np.abs(shades - gray / 257).max() <= 1
 
 

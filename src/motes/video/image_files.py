@@ -139,22 +139,6 @@ def _rate(path: Path, text: str | None) -> float | None:
     return rate
 
 
-def read_image(path: str | Path) -> NDArray[np.uint8]:
-    """Read the first picture of an image file, upright, as RGB uint8 of shape (height, width, 3).
-
-    Raises
-    ------
-    SourceError
-        If the file is missing or not an image.
-    """
-    from PIL import Image
-
-    from motes.video.animation import pixels_of, readable
-
-    with readable(path), Image.open(path) as image:
-        return pixels_of(image)
-
-
 def leap(names: Sequence[str]) -> str | None:
     """Return one line about images in order whose names do not follow each other; None if all do.
 
