@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.geometry import columns
+from motes.core.geometry import intersection
 from motes.core.types import Floats
 
 Integers = NDArray[np.int64]
@@ -35,23 +35,13 @@ def meeting(first: Floats, second: Floats) -> tuple[Integers, Integers]:
     if not (len(first) and len(second)):  # as where nobody is hidden
         return np.empty(0, np.int64), np.empty(0, np.int64)
     if len(first) * len(second) <= FEW:
-        i, j = np.nonzero(_met(first[:, None], second))
+        i, j = np.nonzero(intersection(first[:, None], second) > 0)
         return i, j
     i, j = candidates(first, second)
-    met = _met(first[i], second[j])
+    met = intersection(first[i], second[j]) > 0
     i, j = i[met], j[met]
     order = np.lexsort((j, i))
     return i[order], j[order]
-
-
-def _met(first: Floats, second: Floats) -> NDArray[np.bool_]:
-    """Return which boxes share an area, shapes (..., 4) that broadcast."""
-    (x, y, width, height), (left, top, across, down) = columns(first), columns(second)
-    met: NDArray[np.bool_] = (
-        (np.maximum(x, left) < np.minimum(x + width, left + across))
-        & (np.maximum(y, top) < np.minimum(y + height, top + down))
-    )  # fmt: skip
-    return met
 
 
 class _Parts(NamedTuple):
