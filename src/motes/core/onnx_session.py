@@ -26,9 +26,8 @@ class Tensor(NamedTuple):
     """An input or an output of a model."""
 
     name: str
-    """Its name."""
     type: str
-    """The type of its numbers, such as float32."""
+    """Its name, and the type of its numbers, such as float32."""
     shape: tuple[int | None, ...]
     """Its sides; None for each one that the file leaves open."""
 

@@ -216,7 +216,6 @@ def detector_values(name: str | None) -> dict[str, Any]:
 
 
 def _chosen_by_name(kind: Any) -> bool:
-    """Return whether a detector is chosen by its name alone."""
     return not any(field.required for field in fields(kind))
 
 

@@ -300,7 +300,6 @@ class Tracker:
 
     @classmethod
     def _of_plain(cls, plain: Any) -> Self:
-        """Return the tracker of what `_plain` has returned."""
         if "objects" in plain:
             raise ConfigError("it holds several targets, for Trackers.load")
         tracker = cls(decode(plain["config"], Algorithm), plain["seed"])

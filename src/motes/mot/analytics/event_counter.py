@@ -214,7 +214,7 @@ class EventCounter:
         return lines
 
     def _counted(self, events: list[Event]) -> list[Event]:
-        """Return events, which are counted."""
+        """Count events, and return them."""
         for event in events:
             key = event.event, event.place or "", event.direction or "", event.label or ""
             self.counts[(int(event.time // MINUTE), *key)] += 1
@@ -235,7 +235,6 @@ class EventCounter:
         return path
 
     def _visible(self, each: Track) -> list[Event]:
-        """Return the events of a visible object."""
         box, time = each.box, each.time
         foot, limit = box.foot, JUMP * math.sqrt(box.width * box.height)
         events, jumped, upon = list[Event](), False, self._upon(box)

@@ -108,7 +108,6 @@ def _line(x: Singles, y: Singles, u: Singles, v: Singles) -> tuple[Singles, Sing
 
 
 def _medians(values: Singles) -> Singles:
-    """Return the medians of rows."""
     out = np.empty(len(values), np.float32)
     kernels.planes.medians(np.ascontiguousarray(values), out)
     return out

@@ -28,11 +28,9 @@ class TargetModels(msgspec.Struct, frozen=True, eq=False):
     """The models that a localization uses."""
 
     correlation: CorrelationModel
-    """The correlation filter."""
     posterior: PosteriorModel
-    """The color posterior."""
     experts: dict[str, Any]
-    """The model of each expert, by name."""
+    """The models of both cues, and of each expert by name."""
     contrast: float
     """Running mean of the color contrast between the target and its surroundings. It sets the
     weight of the color posterior."""

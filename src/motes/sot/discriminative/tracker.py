@@ -271,12 +271,8 @@ class Discriminative(
     ) -> DiscriminativeState:
         """Return the state after learning from a frame, in a window at the target."""
         correlation, posterior, pose = self.correlation, self.posterior, state.ellipse
-        window, spectra, integral, box = (
-            estimate.window,
-            estimate.spectra,
-            estimate.integral,
-            estimate.box,
-        )
+        window, spectra = estimate.window, estimate.spectra
+        integral, box = estimate.integral, estimate.box
         resized = pose[2:4] != estimate.window_pose[2:4]
         if resized or math.hypot(*box[:2].tolist()) > CELL_SIZE:  # more than a cell off its center
             grid = state.correlation.grid
