@@ -82,8 +82,7 @@ class SceneState(msgspec.Struct, frozen=True, eq=False):
     initiation: TrackInitiation = TrackInitiation()
     """What may become an object."""
     created: int = 0
-    terminated: int = 0
-    """How many objects there have been, and how many of them have ended."""
+    """How many objects there have been."""
     frames: int = 0
     """How many frames there have been."""
 
@@ -138,9 +137,8 @@ def step(
         objects, created = objects + begun, created + len(begun)
         objects = [each.tallied(dt) for each in objects]
     tracks, staying = report(objects, frame, initiation.least, config)
-    terminated = state.terminated + len(objects) - len(staying)
     staying = tell_apart(staying, free, frame, state.frames, config.occlusion.overlap)
-    after = SceneState(staying, initiation, created, terminated, state.frames + 1)
+    after = SceneState(staying, initiation, created, state.frames + 1)
     return after, SceneInfo(tracks, surplus, keys)
 
 
@@ -208,7 +206,7 @@ class Scene:
         self._seed = checked_seed(seed)
         self._state = SceneState()
         self._last: Frame | None = None
-        self._detected = self._stepped = 0
+        self._detected = 0
         self._moved: dict[int, list[Box]] = {}
         self.admitted, self.warnings, self.doubts = {}, {}, {}
         self._changes = PictureChanges()
@@ -226,7 +224,7 @@ class Scene:
     @property
     def terminated(self) -> int:
         """How many objects have ended."""
-        return self._state.terminated
+        return self.created - len(self._state.objects)
 
     @property
     def left_out(self) -> str | None:
@@ -357,8 +355,7 @@ class Scene:
         if isinstance(self.detector, ObservingDetector):
             ahead = dt * (LAG + self.config.detections.every - 1)
             moved = [each.box_after(ahead) for each in self._state.objects if each.moved]
-            self._moved[self._stepped] = moved
-        self._stepped += 1
+            self._moved[self._state.frames - 1] = moved
         self._expected = ()
         self.admitted = info.admitted
         self._warn(frame, info.surplus, found.detections or ())
@@ -378,9 +375,7 @@ class Scene:
     def _cut(self, frame: Frame) -> list[Track]:
         """End all objects where the film is cut, as nothing goes on there; return their tracks."""
         gone = [each.terminate().extrapolate(frame).public_track for each in self._state.objects]
-        self._state = SceneState(
-            created=self.created, terminated=self.created, frames=self._state.frames
-        )
+        self._state = SceneState(created=self.created, frames=self._state.frames)
         return gone
 
     def _doubt(self, frame: Frame, found: _Found) -> None:
