@@ -203,11 +203,13 @@ def test_between_its_looks_a_background_that_moves_along_follows_the_camera() ->
     rule = DetectionSelection(every=2)
     scene = Scene(BackgroundDetector(), replace(scene_config(), camera="moving", detections=rule))
     detector, hits = PannedDetector(), 0
+    assert isinstance(scene.detector, PannedDetector)
     for index in range(42):
         frame, box = panned(index)
         scene.update(frame)
         if index:
-            motion = vars(scene.detector)["motion"]
+            motion = scene.detector.motion
+            assert motion is not None
             np.testing.assert_allclose(motion[:2, 2], (-2, 0), atol=0.3)
         if index % 2:
             detector.glance(frame)

@@ -89,7 +89,7 @@ def test_a_network_puts_nobody_where_another_target_is() -> None:
     lost = replace(tracker._state, standing=Standing(Status.SEARCHING, FRAMES))
     for taken, found in ((Taken(), True), (Taken((there,)), False)):
         state = replace(lost, taken=taken)
-        after, _ = tracker._algorithm.step(np.random.default_rng(0), state, frames[0])
+        after, _ = tracker._stepped(frames[0], state)
         assert (after.standing.status is Status.TRACKING) is found
         assert after.taken == Taken()
 

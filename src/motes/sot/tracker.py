@@ -81,7 +81,6 @@ class Tracker:
             self.config = replace(self.config, network=Network.named(network))
         if isinstance(self.config, Discriminative) and self.config.network:
             self.config.network.open()
-        self._algorithm: Algorithm[Any] = self.config
         self._seed = checked_seed(seed)
         self._identity = 1  # in its tracks; another one among several trackers
         self._direction = -1 if backward else 1
@@ -106,7 +105,7 @@ class Tracker:
         ellipse = region_within(region, picture.width, picture.height)
         check_angle(ellipse.theta)
         self._restart()
-        state, info = self._algorithm.init(self._rng, self._seen(picture), ellipse)
+        state, info = self.config.init(self._rng, self._seen(picture), ellipse)
         note = bare_note(picture, ellipse) or cut_note(picture, ellipse)
         if note is not None:
             LOG.warning(note)
@@ -126,7 +125,7 @@ class Tracker:
         state, _ = self._started()
         picture = as_frame(frame)
         ellipse = region_within(region, picture.width, picture.height)
-        self._state = self._algorithm.learn_also(state, picture, ellipse)
+        self._state = self.config.learn_also(state, picture, ellipse)
 
     def detect(self, frame: Picture, detector: Detector) -> Track | None:
         """Start on the detection with the highest score in a frame; return None without one.
@@ -239,7 +238,7 @@ class Tracker:
         expected, self._expected = self._expected, None
         if expected is not None and isinstance(self.config, ParticleFilter):
             return self.config.step(self._rng, state, self._seen(picture), expected=expected)
-        return self._algorithm.step(self._rng, state, self._seen(picture))
+        return self.config.step(self._rng, state, self._seen(picture))
 
     def correct(self, region: Numbers, *more: Never) -> Track:
         """Put the target at `region` of the last frame; the target model is kept.
@@ -254,7 +253,7 @@ class Tracker:
         alone(more)
         state, last = self._started()
         ellipse = region_within(region, last.width, last.height)
-        corrected = self._algorithm.correct(state, self._seen(last), ellipse)
+        corrected = self.config.correct(state, self._seen(last), ellipse)
         return self._take(last, corrected, ellipse.theta)
 
     def save(self, path: str | Path) -> None:
@@ -305,12 +304,12 @@ class Tracker:
         tracker = cls(decode(plain["config"], Algorithm), plain["seed"])
         tracker._direction = -1 if plain.get("backward") else 1
         saved = msgspec.convert(plain, _Saved, dec_hook=unpack)
-        state = msgspec.convert(saved.state, tracker._algorithm.state_type, dec_hook=unpack)
+        state: Any = msgspec.convert(saved.state, tracker.config.state_type, dec_hook=unpack)
         tracker._rng.bit_generator.state = json.loads(saved.random)
         index, seconds, pixels = saved.frame
         frame = Frame(index, seconds, pixels, depth=saved.depth)
         tracker._angle = saved.angle
-        tracker._state = tracker._algorithm.typed(state, tracker._seen(frame))
+        tracker._state = tracker.config.typed(state, tracker._seen(frame))
         tracker._frame = frame
         return tracker
 

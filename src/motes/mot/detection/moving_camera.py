@@ -114,11 +114,6 @@ class PannedDetector:
     ----------
     config
         The settings of a background; `deviations`, `noise`, `trial`, `least` and `most` count.
-
-    Attributes
-    ----------
-    motion
-        The homography (3, 3) of the background from the last frame to this one, or None.
     """
 
     def __init__(self, config: BackgroundConfig = BackgroundConfig()) -> None:  # noqa: B008
@@ -127,7 +122,11 @@ class PannedDetector:
             config.deviations, config.noise, "similarity", config.trial
         )
         self._moved: Sequence[Box] = ()
-        self.motion: Floats | None = None
+
+    @property
+    def motion(self) -> Floats | None:
+        """The homography (3, 3) of the background from the last frame to this one, or None."""
+        return self._background.motion
 
     def observe(self, moved: Sequence[Box]) -> None:
         """Take the boxes where the objects that have moved should be in the next frame."""
@@ -136,7 +135,6 @@ class PannedDetector:
     def glance(self, frame: Frame) -> None:
         """Look at the camera alone, in a frame at which the detector does not look."""
         self._background.glance(frame.pixels)
-        self.motion = self._background.motion
 
     def __call__(self, frame: Frame) -> list[Detection]:
         """Return the moving objects in the next frame, the largest first, all with the score 1."""
@@ -144,7 +142,6 @@ class PannedDetector:
         pixels = np.ascontiguousarray(frame.pixels)
         mask = self._background.foreground(pixels, frame.time).astype(np.uint8)
         scale = mask.shape[1] / frame.width
-        self.motion = self._background.motion
         if mask.all() or mask.mean() > config.most:
             return []
         found = blobs(mask, config.least, [_scaled(box, scale) for box in self._moved])
