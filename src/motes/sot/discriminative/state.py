@@ -18,8 +18,6 @@ from motes.sot.discriminative.standing import Standing
 class DiscriminativeState(TargetModels, frozen=True, eq=False):
     """The state after a frame: the models, and all else that the next step needs."""
 
-    time: float
-    """Time of the last frame, in seconds."""
     ellipse: Ellipse
     """The last estimate: the ellipse in the target's box, turned as the target since the start."""
     shape: Ellipse

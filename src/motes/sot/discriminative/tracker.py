@@ -76,7 +76,6 @@ class Discriminative(
         integral, border = self.posterior.integrals(posterior, window)
         middle = np.array([0.0, 0.0, *correlation.grid.half])
         state = DiscriminativeState(
-            time=frame.time,
             ellipse=box,
             shape=region,
             correlation=correlation,
@@ -129,7 +128,6 @@ class Discriminative(
         turn, seen = pose.theta - state.ellipse.theta, standing.status is Status.TRACKING
         after = replace(
             state,
-            time=frame.time,
             ellipse=pose,
             size=size,
             turn=state.turn.followed(frame, place, pose.theta, turn, seen=seen),
