@@ -209,9 +209,8 @@ def _weights(wild: _Wild) -> None:
 
 
 def _likelihood(wild: _Wild) -> None:
-    names = ["color", "edges", "hog"][: wild.rng.integers(1, 4)]
-    distances = wild.numbers(len(names), int(wild.rng.integers(1, 40)))
-    wild.one((Gaussian(), BestParticle(), Exponential())).log(names, distances)
+    distances = wild.numbers(int(wild.rng.integers(1, 4)), int(wild.rng.integers(1, 40)))
+    wild.one((Gaussian(), BestParticle(), Exponential())).log(distances)
 
 
 def _fusion(wild: _Wild) -> None:

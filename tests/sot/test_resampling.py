@@ -207,7 +207,6 @@ def test_the_first_frame_is_within_the_budget() -> None:
         assert len(tracker.info.weights) == first
 
 
-CUES = ["color", "edges"]
 distances = st.lists(st.lists(st.floats(0, 1), min_size=5, max_size=5), min_size=1, max_size=2).map(
     np.array
 )
@@ -216,7 +215,7 @@ distances = st.lists(st.lists(st.floats(0, 1), min_size=5, max_size=5), min_size
 @given(distances, st.floats(0.03, 2), st.floats(1e-6, 1) | st.just(0.0))
 def test_equation_23(d: Floats, sigma: float, epsilon: float) -> None:
     """Without epsilon it is equation 22."""
-    found = Gaussian(sigma=sigma, epsilon=epsilon).log(CUES[: len(d)], d)
+    found = Gaussian(sigma=sigma, epsilon=epsilon).log(d)
     expected = np.log(np.exp(-(d**2) / (2 * sigma**2)) + epsilon)
     np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
 
@@ -224,21 +223,21 @@ def test_equation_23(d: Floats, sigma: float, epsilon: float) -> None:
 def test_no_distance_is_too_large_for_a_small_sigma() -> None:
     """exp(-500000) is no number, its logarithm is; with epsilon, that is all that is left."""
     d = np.array([[0.0, 1.0]])
-    assert Gaussian(sigma=1e-3).log(["color"], d)[0, 1] == pytest.approx(-500_000)
+    assert Gaussian(sigma=1e-3).log(d)[0, 1] == pytest.approx(-500_000)
     for likelihood in (
         Gaussian(sigma=1e-3, epsilon=1e-300), BestParticle(floor=1e-3, epsilon=1e-300)
     ):  # fmt: skip
-        assert likelihood.log(["color"], d)[0, 1] == pytest.approx(math.log(1e-300))
+        assert likelihood.log(d)[0, 1] == pytest.approx(math.log(1e-300))
 
 
 @given(distances, st.floats(1e-6, 1))
 def test_equation_24(d: Floats, epsilon: float) -> None:
     likelihood = BestParticle(epsilon=epsilon, floor=0.02)
-    found = likelihood.log(CUES[: len(d)], d)
+    found = likelihood.log(d)
     for row, log in zip(d, found, strict=True):
         # As it is printed, with log L = -1.
         sigma = max(math.sqrt(2) / 2 * math.sqrt(-(row.min() ** 2) / -1), 0.02)
-        expected = Gaussian(sigma=sigma, epsilon=epsilon).log(["color"], row[None])[0]
+        expected = Gaussian(sigma=sigma, epsilon=epsilon).log(row[None])[0]
         np.testing.assert_allclose(log, expected, rtol=1e-9, atol=1e-12)
         if row.min() > 0.03:
             assert log.max() == pytest.approx(math.log(math.exp(-1) + epsilon))
@@ -247,7 +246,7 @@ def test_equation_24(d: Floats, epsilon: float) -> None:
 @given(distances, st.floats(0.1, 100))
 def test_the_weight_of_zhao_and_pei(d: Floats, rate: float) -> None:
     """C exp(-lambda rho), rho being the distance: the nearest particle has the most."""
-    found = Exponential(rate=rate).log(CUES[: len(d)], d)
+    found = Exponential(rate=rate).log(d)
     for row, log in zip(d, found, strict=True):
         weights = np.exp(-rate * row)
         np.testing.assert_allclose(Weights.from_log(log).values, weights / weights.sum())

@@ -320,7 +320,7 @@ class ParticleFilter(Algorithm[FilterState], Config, frozen=True, dict=True, tag
         check_finite(ellipses, "motion model", tag_of(type(self.motion)))
         distances = self._distances(models, frame, ellipses)
         names = list(self.cues)
-        logs = self.likelihood.log(names, distances)
+        logs = self.likelihood.log(distances)
         weights, shares = self.fusion.fuse(names, prior, logs, ellipses)
         estimate, covariance = mean_ellipse(ellipses, weights.values)
         reliability = self.fusion.reliability(names)

@@ -67,7 +67,7 @@ def _curve(keys: Mapping[str, object], nearest: float) -> tuple[Floats, Floats]:
     assert isinstance(config, ParticleFilter)
     distances = np.append(nearest, np.arange(0, 1 + STEP / 2, STEP))
     distances = np.unique(distances[distances >= nearest])
-    return distances, np.exp(config.likelihood.log(["color"], distances[None]))[0]
+    return distances, np.exp(config.likelihood.log(distances[None]))[0]
 
 
 def _draw(curves: list[tuple[str, Floats, Floats]]) -> Figure:

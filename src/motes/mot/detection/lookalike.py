@@ -149,7 +149,7 @@ class LookalikeDetector:
             looks += 1
             place = self._sized(frame, self._shifted(frame, place))
             distance = self._apart(frame, place)
-            if distance >= self._distance or self._stays(place) or self._stood(frame, place):
+            if distance >= self._distance or self._stays(place) or self._stood(place):
                 continue
             if not any(_meet(np.array(place), each.box) for each in found):
                 found.append(Detection(place.box))
@@ -161,7 +161,7 @@ class LookalikeDetector:
         """Return whether a place is writing, which stays in the picture while the camera moves."""
         return self._background is not None and self._background.stays(place.box)
 
-    def _stood(self, frame: Frame, place: Ellipse) -> bool:
+    def _stood(self, place: Ellipse) -> bool:
         """Return whether the ground at a place where nobody was known looked alike before.
 
         Then it is a part of the background that was moved along badly, as stands behind a pitch.

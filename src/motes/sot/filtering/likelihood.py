@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Sequence
 from typing import Annotated
 
 import numpy as np
@@ -24,8 +23,8 @@ class Likelihood:
     __slots__ = ()
 
     @abstractmethod
-    def log(self, names: Sequence[str], distances: Floats) -> Floats:
-        """Return log-likelihoods (J, N) of distances (J, N) by cues of these names.
+    def log(self, distances: Floats) -> Floats:
+        """Return log-likelihoods (J, N) of distances (J, N), a row for each cue.
 
         They fall as the distance grows, from 0 or nearly 0 for a perfect match.
         """
@@ -49,9 +48,9 @@ class Gaussian(Likelihood, Config, frozen=True, tag="gaussian"):
     """Constant added to the likelihood, which is 1 for a perfect match. A larger value gives bad
     particles more weight."""
 
-    def log(self, names: Sequence[str], distances: Floats) -> Floats:
-        """Return log-likelihoods of distances (J, N) by cues of these names, up to constants."""
-        sigmas = np.full(len(names), self.sigma)
+    def log(self, distances: Floats) -> Floats:
+        """Return log-likelihoods of distances (J, N), up to constants."""
+        sigmas = np.full(len(distances), self.sigma)
         logs = np.empty(distances.shape)
         kernels.particles.gaussian(np.ascontiguousarray(distances), sigmas, self.epsilon, logs)
         return logs
@@ -73,8 +72,8 @@ class BestParticle(Likelihood, Config, frozen=True, tag="best_particle"):
     Without it, a particle at distance 0 would take all the weight. The default is as large as the
     error of a distance when half or a quarter of a region's pixels are read (table 1)."""
 
-    def log(self, names: Sequence[str], distances: Floats) -> Floats:
-        """Return log-likelihoods of distances (J, N) by cues of these names, up to constants."""
+    def log(self, distances: Floats) -> Floats:
+        """Return log-likelihoods of distances (J, N), up to constants."""
         sigmas = np.maximum(distances.min(axis=1) / math.sqrt(2), self.floor)
         logs = np.empty(distances.shape)
         kernels.particles.gaussian(np.ascontiguousarray(distances), sigmas, self.epsilon, logs)
@@ -91,8 +90,8 @@ class Exponential(Likelihood, Config, frozen=True, tag="exponential"):
     """Factor lambda of the distance. With a larger value, the best particles get more of the
     weight. The paper gives no value."""
 
-    def log(self, names: Sequence[str], distances: Floats) -> Floats:
-        """Return log-likelihoods of distances (J, N) by cues of these names, up to constants."""
+    def log(self, distances: Floats) -> Floats:
+        """Return log-likelihoods of distances (J, N), up to constants."""
         return -self.rate * distances
 
 
