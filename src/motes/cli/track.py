@@ -82,7 +82,7 @@ def track(
     if values.seed < 0:
         raise ConfigError(f"--seed is {values.seed}; give 0 or more.")
     open_network(config)
-    _check_fitting(target, keys, frames, units, outputs)
+    _check_fitting(target, keys, frames, outputs)
     begin = None if keys.given else target.begin()
     plane = units.units()
     region = target.region() if keys.given else None
@@ -118,7 +118,6 @@ def _check_fitting(
     target: TargetOptions,
     keys: KeyframeOptions,
     frames: FrameOptions,
-    units: UnitOptions,
     outputs: TrackOutputs,
 ) -> None:
     """Raise a ConfigError for options that do not go with keyframes, or with several objects."""
