@@ -141,6 +141,7 @@ def test_a_film_whose_name_is_no_text(go: Tell, film: Path) -> None:
     assert History.load(Path("rows.csv.run.json")).film == "l\\udcfcbeck.mkv"
     go.says(f"refine {name} rows.csv --at 9=BOX", 0, "is taken for it", told=False)
     assert go(f"watch {name} -o many.jsonl --end 5")[0] in (0, 4)
+    assert go(f"convert rows.csv a.json --to coco --video {name}")[0] == 0
     go.says("batch *.mkv --do watch -o results", 2, "beck.mkv has bytes that are no text; rename")
 
 

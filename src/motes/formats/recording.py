@@ -131,7 +131,7 @@ class Recording:
         seconds = known | _between(known, [frame for frame in frames if frame not in known], facts)
         width, height = size or (facts.width, facts.height)
         return cls(
-            Header(facts.source, width, height, facts.label),
+            Header(text_name(facts.source), width, height, facts.label),
             [
                 FrameRow(
                     frame,
