@@ -26,6 +26,8 @@ BLACK = np.zeros((48, 64, 3), np.uint8)
 def go(here: Path, capfd: pytest.CaptureFixture[str]) -> Tell:
     """Run motes in a folder with rows of one target and of two objects."""
     registry.write(Path("one.csv"), "csv", turning())
+    rows = Path("one.csv").read_text()
+    Path("one.csv").write_text(rows.replace("absent", "searching"))  # as rows of a run have it
     registry.write(Path("two.json"), "coco", crowd())
     return Tell(capfd)
 
@@ -819,3 +821,27 @@ def test_a_frame_of_a_crowd_or_skeletons_alone_is_no_empty_example(go: Tell) -> 
         assert go(f"convert {name} a.yolo --overwrite")[0] == 0
         texts = {path.stem[-1]: path.read_text() for path in Path("a.yolo/labels").glob("*.txt")}
         assert {stem: bool(text) for stem, text in texts.items()} == {"0": True, "3": False}, name
+
+
+@pytest.mark.parametrize("others", [0, 1])
+def test_rows_keep_where_an_object_is_not_there(go: Tell, others: int) -> None:
+    """Keyframes of a track of CVAT that is interrupted say so, also by way of rows."""
+    box = '<box frame="{}" outside="{}" xtl="9" ytl="9" xbr="19" ybr="19"/>'
+    track = "".join(box.format(frame, outside) for frame, outside in ((2, 0), (4, 1), (7, 0)))
+    other = f'<track id="2" label="cup">{box.format(5, 0)}{box.format(6, 1)}</track>' * others
+    Path("a.xml").write_text(
+        "<annotations><meta><task><size>9</size></task></meta>"
+        f'<track id="1" label="cup">{track}</track>{other}</annotations>'
+    )
+    assert go("convert a.xml a.csv")[0] == 0
+    for source in ("a.xml", "a.csv"):
+        assert go(f"convert {source} keyframes.csv --identity 1 --overwrite")[0] == 0
+        lines = Path("keyframes.csv").read_text().splitlines()
+        assert [line for line in lines if "absent" in line] == ["0:1,absent", "4:6,absent"], source
+
+
+def test_rows_of_a_truth_tell_absent_frames_from_unknown_ones(go: Tell) -> None:
+    Path("a.vot.txt").write_text("9,9,9,9\nnan,nan,nan,nan\n2\n9,9,9,9\n")
+    assert go("convert a.vot.txt a.csv")[0] == 0
+    found = [row["status"] for row in read_csv("a.csv")]
+    assert found == ["tracking", "absent", "searching", "tracking"]

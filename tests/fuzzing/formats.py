@@ -75,7 +75,8 @@ def check(name: str, data: bytes) -> str:
         for row in recorded:
             check_finite([row.time])
             for each in row.objects:
-                check_finite([*each.ellipse, each.confidence])
+                assert each.placed == (each.status is not Status.ABSENT)
+                check_finite([*each.ellipse, each.confidence] if each.placed else ())
         registry.write(scratch() / "b.csv", "csv", recorded)
         if recorded.head.width > 0 and recorded.head.height > 0:
             registry.write(scratch() / "b.json", "coco", recorded)

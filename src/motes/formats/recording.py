@@ -49,8 +49,6 @@ class Recording:
     """The film's number of frames; 0 if unknown."""
     told: bool = False
     """Whether a frame that the file does not name is known to have no objects."""
-    single: bool = False
-    """Whether it is of one target, by its format."""
     stride: int = 1
     """That of the run or task, which skips the frames in between."""
     listed: bool = False

@@ -26,28 +26,23 @@ from motes.rows.schema import CAMERA, ENDING, KNOWN, Form, FrameRow, Header, fur
 def table_of(recorded: Recording) -> tuple[Sequence[str], Iterator[Sequence[Any]]]:
     """Return the columns and the rows of a recording.
 
-    If there is one object, and it was followed, it has a row in all frames: it is searched for
-    where it is not there. Boxes of others are silent on frames without one.
+    A frame in which its file shows nothing has a row too, as else it would be one at which nobody
+    has looked: the first object is absent there, or searched for. Boxes without identities, and
+    the rows of a scene's run, whose other frames are known, are silent on it.
     """
     every = [each for row in recorded for each in row.objects]
     held = dict.fromkeys(name for each in every for name in further(each))
     more = sorted(held, key=lambda name: KNOWN.index(name) if name in KNOWN else len(KNOWN))
-    alone = every and (recorded.single or (not recorded.told and _alone(every)))
+    first = next((each.identity for each in every if each.identity != ANONYMOUS), None)
 
     def objects(row: FrameRow) -> Sequence[Track]:
-        if row.objects or not alone:
+        if row.objects or first is None or recorded.told:
             return row.objects
-        return [Track.nowhere(row.frame, row.time, identity=every[0].identity)]
+        status = Status.SEARCHING if row.searched else Status.ABSENT
+        return [Track.nowhere(row.frame, row.time, status, first)]
 
     values = (row.values(each, more) for row in recorded for each in objects(row))
     return (*COLUMNS, *more), values
-
-
-def _alone(objects: Sequence[Track]) -> bool:
-    """Return whether there is one object, and it was followed."""
-    followed = any(math.isfinite(each.distance) or each.ellipse.theta != 0 for each in objects)
-    identities = {each.identity for each in objects}
-    return followed and len(identities) == 1 and ANONYMOUS not in identities
 
 
 def write(form: Form, recorded: Recording) -> Iterator[bytes]:

@@ -21,7 +21,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Literal, NamedTuple
 
@@ -120,8 +119,7 @@ def read(kind: Kind, path: Path, facts: FilmFacts) -> Recording:
     left_out = [f"the pixels of {counted(masks, 'mask')}, but for box and ellipse"] * bool(masks)
     times = dict.fromkeys(range(len(regions)))
     unknown = [(frame, 1) for frame, region in enumerate(regions) if region is UNKNOWN]
-    found = Recording.of(facts, objects, times, left_out=left_out, searched=unknown)
-    return replace(found, single=True)
+    return Recording.of(facts, objects, times, left_out=left_out, searched=unknown)
 
 
 class TruthRegion(NamedTuple):
