@@ -1,6 +1,7 @@
 """Ellipses, boxes, regions."""
 
 import math
+import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -9,7 +10,16 @@ import pytest
 from hypothesis import given, strategies as st
 
 from motes.core.errors import ConfigError
-from motes.core.geometry import Box, Ellipse, as_ellipse, iou, of_corners, region_within
+from motes.core.geometry import (
+    Box,
+    Ellipse,
+    as_ellipse,
+    check_angle,
+    iou,
+    of_corners,
+    perhaps_meant,
+    region_within,
+)
 
 numbers = st.floats(-500, 500)
 sizes = st.floats(0.5, 300)
@@ -141,9 +151,33 @@ def test_corners_that_were_given_as_a_box(
     assert of_corners(region, 100, 80) == meant
 
 
-def test_a_refused_region_names_the_box_of_its_corners() -> None:
-    with pytest.raises(ConfigError, match=r"or 60,20,30,40 if these numbers are corners\.$"):
-        region_within((60, 20, 90, 60), 100, 80)
+@pytest.mark.parametrize(
+    ("region", "meant"),
+    [
+        ((60, 20, 90, 60), "60,20,30,40 (x,y,width,height) if its numbers are corners x1,y1,x2,y2"),
+        ((90, 20, 60, 60), "60,20,30,40 (x,y,width,height) if its numbers are corners x1,y1,x2,y2"),
+        ((90, 60, 60, 20), "60,20,30,40 (x,y,width,height) if its numbers are corners x1,y1,x2,y2"),
+        ((10, 20, 60, 50, 0.9), "10,20,60,50 (x,y,width,height) if its fifth number is a score"),
+    ],
+)
+def test_a_refused_region_names_the_box_that_is_meant(region: Sequence[float], meant: str) -> None:
+    with pytest.raises(ConfigError, match=rf"choose .*, or {re.escape(meant)}\.$"):
+        region_within(region, 100, 80)
+
+
+def test_a_fifth_number_that_is_no_angle() -> None:
+    with pytest.raises(ConfigError, match=r"begins with 40; .* 6\.28; a box has four numbers"):
+        check_angle(40.0)
+
+
+def test_a_score_that_was_given_as_an_angle() -> None:
+    """As far as that can be known: the ellipse leaves the picture, and the box does not."""
+    assert perhaps_meant((30, 30, 50, 40, 0.9), 100, 80) == (
+        "30,30,50,40 (x,y,width,height) if its fifth number is a score"
+    )
+    assert not perhaps_meant((50, 40, 20, 10, 0.9), 100, 80)  # it is within the picture
+    assert not perhaps_meant((80, 40, 30, 20, 0.9), 100, 80)  # the box leaves it, too
+    assert not perhaps_meant((30, 30, 50, 40, -0.9), 100, 80)
 
 
 @given(boxes)

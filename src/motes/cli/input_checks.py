@@ -54,16 +54,12 @@ def check_counts(**counts: int) -> None:
             raise ConfigError(f"--{name} is {count}; give {MOST} or fewer.")
 
 
-def point_out_corners(region: Sequence[float] | None, width: int, height: int) -> None:
-    """Say if the numbers of a box x,y,width,height may be its corners."""
-    from motes.core.geometry import as_text, of_corners  # brings NumPy, which the help does without
+def point_out_meant(region: Sequence[float] | None, width: int, height: int) -> None:
+    """Say if the numbers of a region may be corners of a box, or a box and its score."""
+    from motes.core.geometry import perhaps_meant  # brings NumPy, which the help does without
 
-    meant = None if region is None else of_corners(region, width, height)
-    if meant is not None:
-        log(
-            f"The box leaves the picture of {width}x{height}; if its numbers are corners "
-            f"x1,y1,x2,y2, give {as_text(meant)} (x,y,width,height)."
-        )
+    if region is not None and (meant := perhaps_meant(region, width, height)):
+        log(f"The region leaves the picture of {width}x{height}; give {meant}.")
 
 
 def refuse(options: Mapping[str, object], why: str) -> None:

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from motes.cli.correct_run import refine_rows
 from motes.cli.exit_codes import DONE
-from motes.cli.input_checks import check_not_source, point_out_corners
+from motes.cli.input_checks import check_not_source, point_out_meant
 from motes.cli.known_run import TrackerOptions, corrected_run
 from motes.cli.load_config import TRACKER_HELP
 from motes.cli.option_groups import FileName, Identity, OutputFile, Overwrite
@@ -72,7 +72,7 @@ def refine(
     after = history.corrected(new)
     marked = after.keys  # which takes time to make, with long absences
     for frame in dict(new):
-        point_out_corners(marked.get(frame), film.width, film.height)
+        point_out_meant(marked.get(frame), film.width, film.height)
     whole = None
     if table.several:  # others may be in frames in which this one is not
         whole = known or replace(history, start=0, end=history.frames, corrections=[])

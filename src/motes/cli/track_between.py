@@ -17,7 +17,7 @@ from motes.cli.annotated_video import TargetPainter
 from motes.cli.correct_run import run_stretches
 from motes.cli.exit_codes import DONE
 from motes.cli.frame_loop import FrameProgress, Moment, Sink, Tally, summarize
-from motes.cli.input_checks import point_out_corners
+from motes.cli.input_checks import point_out_meant
 from motes.cli.option_groups import say_rate
 from motes.cli.outputs import Request
 from motes.cli.track_units import check_size
@@ -54,7 +54,7 @@ def track_between(
     history = History.begin(film, asked.config, asked.seed, marks, asked.units, asked.preset)
     check_keyframes(history.keys, film.name, film.frames, film.width, film.height)
     for mark in history.keys.values():
-        point_out_corners(mark, film.width, film.height)
+        point_out_meant(mark, film.width, film.height)
     check_size(asked.units, film.name, film.width, film.height)
     path, units = asked.rows_file, asked.units
     if path is not None:

@@ -11,7 +11,7 @@ from pathlib import Path
 from motes.cli.annotated_video import Painter, ScenePainter, TargetPainter
 from motes.cli.app import part
 from motes.cli.frame_loop import Moment, Tally, run
-from motes.cli.input_checks import check_several, point_out_corners
+from motes.cli.input_checks import check_several, point_out_meant
 from motes.cli.option_groups import say_rate
 from motes.cli.outputs import Request
 from motes.cli.streams import log
@@ -114,7 +114,7 @@ def _follow_several(
         tracks: Sequence[Track] = trackers.update(frame) if begun else trackers.init(frame, regions)
         seconds = time.perf_counter() - clock
         for region, tracker in () if begun else zip(regions, trackers.each, strict=True):
-            point_out_corners(region, frame.width, frame.height)
+            point_out_meant(region, frame.width, frame.height)
             if tracker.info.note is not None:
                 log(tracker.info.note)
         yield Moment(frame, placed_by(motion, tracks) if motion else tracks, None, seconds)

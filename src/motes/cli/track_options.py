@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from motes.cli.input_checks import REGION, error_context, numbers_of, point_out_corners
+from motes.cli.input_checks import REGION, error_context, numbers_of, point_out_meant
 from motes.cli.option_groups import (
     FLAG,
     HYPHEN,
@@ -89,7 +89,7 @@ class TargetOptions:
 def _begin_at(region: Sequence[float], tracker: "Tracker", frame: "Frame") -> "Track":
     """Start a tracker on a region, and say if it may be given by corners, or holds nothing."""
     track = tracker.init(frame, region)
-    point_out_corners(region, frame.width, frame.height)
+    point_out_meant(region, frame.width, frame.height)
     if tracker.info.note is not None:
         log(tracker.info.note)
     return track

@@ -10,7 +10,7 @@ from cyclopts import App
 
 from motes.cli.app import part
 from motes.cli.exit_codes import DONE
-from motes.cli.input_checks import check_several, checked_output, numbers_of, point_out_corners
+from motes.cli.input_checks import check_several, checked_output, numbers_of, point_out_meant
 from motes.cli.load_config import HELP, load_watch_config
 from motes.cli.option_groups import (
     ConfigOptions,
@@ -138,7 +138,7 @@ def watch(
         check_size(asked.units, film.name, film.width, film.height)
         if objects.like is not None:
             region = numbers_of("--like", objects.like, "x,y,width,height")
-            point_out_corners(region, film.width, film.height)
+            point_out_meant(region, film.width, film.height)
         opened = asked.pictures(film, ScenePainter(where))
         opened += [EventsOutput(name, outputs.overwrite) for name in events]
         opened += sending

@@ -188,7 +188,8 @@ def check_angle(theta: float) -> None:
     """
     if abs(theta) > 2 * math.pi:
         raise ConfigError(
-            f"theta begins with {theta:g}; it is in radians, and a turn is {2 * math.pi:.2f}"
+            f"theta begins with {theta:g}; it is in radians, and a turn is {2 * math.pi:.2f}; a "
+            f"box has four numbers"
         )
 
 
@@ -228,12 +229,15 @@ def region_within(region: Numbers, width: int, height: int) -> Ellipse:
 
     A region may stick out of the frame, but its center must lie inside, it must not be larger than
     the frame, and it must hold at least two pixels in each direction. Raises a ConfigError if the
-    region breaks one of these rules; the message names the rule, and the box that is meant if the
-    numbers are corners.
+    region breaks one of these rules; the message names the rule, and the box that is perhaps
+    meant.
     """
     ellipse = as_ellipse(region)
-    corners = of_corners(region, width, height)
-    other = "" if corners is None else f", or {as_text(corners)} if these numbers are corners"
+    other = perhaps_meant(region, width, height)
+    if not other and len(region) == 4:  # corners in another order; what is refused is no box
+        (x1, x2), (y1, y2) = sorted(region[::2]), sorted(region[1::2])
+        other = perhaps_meant((x1, y1, x2, y2), width, height)
+    other = other and f", or {other}"
     box = ellipse.box
     named = f"The region at x={box.x:g}, y={box.y:g}, {box.width:g}x{box.height:g},"
     frame = f"the frame of {width}x{height}"
@@ -262,6 +266,20 @@ def of_corners(region: Numbers, width: int, height: int) -> Box | None:
     leaves = x + right > width or y + bottom > height
     fits = 0 <= x < right <= width and 0 <= y < bottom <= height
     return Box(x, y, right - x, bottom - y) if leaves and fits else None
+
+
+def perhaps_meant(region: Numbers, width: int, height: int) -> str:
+    """Return the box that a region's numbers perhaps mean, and what they are then; else "".
+
+    They may be corners, or a box and its score, of which the ellipse leaves the frame.
+    """
+    if (corners := of_corners(region, width, height)) is not None:
+        return f"{as_text(corners)} (x,y,width,height) if its numbers are corners x1,y1,x2,y2"
+    if len(region) == 5 and 0 < region[4] <= 1:
+        box = Box(*region[:4])
+        if as_ellipse(region).box.room(width, height) < 0 <= box.room(width, height):
+            return f"{as_text(box)} (x,y,width,height) if its fifth number is a score"
+    return ""
 
 
 def as_text(values: Sequence[float]) -> str:
