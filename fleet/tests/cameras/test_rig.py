@@ -208,6 +208,7 @@ def test_a_camera_that_fails_does_not_stop_the_others(go: Go) -> None:
         (f'{OFFICE}detector = "none.txt"', 3, "none.txt cannot be read: No such file"),
         (f'{OFFICE}detector = "none.onnx"', 3, "There is no file none.onnx; check the name."),
         (f'{OFFICE}detector = "peple"', 2, "A detector is background, people, faces,"),
+        (f'{OFFICE}detector = "none:find"', 2, "The detector none:find cannot be made: ModuleNotF"),
         (f'{OFFICE}preset = "default"', 2, "Objects are followed by particle filters"),
         (f"{OFFICE}fps = 1e8", 2, "fps is 1e+08; give frames per second from"),
     ],
@@ -215,7 +216,7 @@ def test_a_camera_that_fails_does_not_stop_the_others(go: Go) -> None:
 def test_a_wrong_name_ends_the_run_before_it_begins(
     text: str, code: int, words: str, go: Go
 ) -> None:
-    found, _, error = go(HALL + text)
+    found, _, error = go(HALL + text, "-o r.csv --own-code")
     assert (found, error.count("\n")) == (code, 1)
     assert error.startswith(f"motes: error: camera office: {words}")
     assert not Path("r.csv").exists()

@@ -52,11 +52,10 @@ def _target(path: Path) -> KnownTarget:
 
 
 def _check(camera: Camera) -> None:
-    """Raise a MotesError with the camera's name if its preset, detector or file does not exist."""
+    """Raise a MotesError with the camera's name if its preset, detector or file is not usable."""
     try:
         WatchConfig.of(camera.preset or PRESET).changed({}, detector=camera.detector)
-        if (camera.detector or "").endswith((".txt", ".onnx")):
-            named_detector(camera.detector)
+        named_detector(camera.detector)
         if is_recorded(camera.source):  # what is live may answer later
             open_source(camera.source, fps=camera.fps).close()
     except MotesError as error:
