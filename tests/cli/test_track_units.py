@@ -124,3 +124,18 @@ def test_how_large_a_scale_makes_the_picture_is_said(go: Tell) -> None:
     assert go.says(f"{TRACK} --scale 20", 0, large).count(large) == 1
     large = "With 0.05 pixels per metre, the picture is 2400 x 1800 m."
     go.says("convert rows.csv metres.csv --video film --scale 0.05", 0, large)
+
+
+@pytest.mark.parametrize(
+    ("order", "share", "told"),
+    [((0, 1, 2, 3), 1, False), ((2, 3, 0, 1), 1, True), ((0, 1, 2, 3), 0.01, True)],
+)
+def test_points_whose_metres_are_first_or_that_are_shares_are_pointed_out(
+    order: tuple[int, ...], share: float, told: bool, go: Tell
+) -> None:
+    points = [(20, 20, 0, 0), (100, 20, 8, 0), (110, 80, 8, 12), (10, 80, 0, 12)]
+    given = [(x * share, y * share, *metres) for x, y, *metres in points]
+    text = str([[point[place] for place in order] for point in given])
+    Path("ground.toml").write_text(f"[ground]\npoints = {text}\n")
+    said = "; a point is [x, y, X, Y], pixels first, and no shares of the picture."
+    go.says(f"{TRACK} --ground ground.toml", 0, said, told=told)

@@ -72,7 +72,7 @@ def ground_of(scale: float) -> Ground:
 
 
 def check_size(units: RealUnits | None, film: str, width: int, height: int) -> None:
-    """Say how large a scale makes the picture, and where the lens has no places.
+    """Say how large a scale makes the picture, if points may be exchanged, and what a lens lacks.
 
     Raises a ConfigError if the lens was calibrated with pictures of another size, or maps nothing
     to their middle.
@@ -85,6 +85,14 @@ def check_size(units: RealUnits | None, film: str, width: int, height: int) -> N
         sides = (format_float_positional(side / scale, 3, fractional=False, trim="-")
                  for side in (width, height))  # fmt: skip
         log(f"With {scale:g} pixels per metre, the picture is {' x '.join(sides)} m.")
+    if units is not None and (points := units.ground.points) is not None:
+        spans = [max(numbers) - min(numbers) for numbers in zip(*points, strict=True)]
+        pixels, metres = max(spans[:2]), max(spans[2:])
+        if pixels < metres:
+            log(
+                f"The points of [ground] are {pixels:g} pixels apart, and {metres:g} metres; a "
+                f"point is [x, y, X, Y], pixels first, and no shares of the picture."
+            )
 
 
 def _check_lens(units: RealUnits, lens: Lens, film: str, width: int, height: int) -> None:
