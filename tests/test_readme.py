@@ -123,3 +123,26 @@ def test_commands_in_the_table_of_the_readme_exist() -> None:
     assert len(named) > 8
     for program, name in named:
         assert name in (lab_app if program == "motes-lab" else known_commands([])), name
+
+
+NUMBER = r"\d+(?:\.\d+)?"
+
+
+def test_measured_numbers_are_those_of_the_tables_that_they_link_to() -> None:
+    """Rounded to the digits that the README has."""
+    parts = re.split(r"\n(?=- |\n)", README.read_text(encoding="utf-8"))
+    linked = [
+        (part, found) for part in parts if (found := re.search(r"\((lab\S+)#([\w-]+)\)", part))
+    ]
+    assert linked
+    for part, found in linked:
+        page = (ROOT / found[1]).read_text(encoding="utf-8")
+        sections = re.split(r"^## (.*)$", page, flags=re.MULTILINE)
+        titles = [
+            re.sub(r"[^\w ]", "", title).lower().replace(" ", "-") for title in sections[1::2]
+        ]
+        section = sections[2 * titles.index(found[2]) + 2]
+        measured = [float(number) for number in re.findall(NUMBER, section)]
+        for number in re.findall(NUMBER, part.replace(found[0], "")):
+            digits = len(number.partition(".")[2])
+            assert number in {f"{each:.{digits}f}" for each in measured}, f"{number} in: {part}"
