@@ -248,7 +248,9 @@ def test_rows_come_back_from_a_file(client: httpx.Client, session: str, both: Bo
     kept = b"\n".join([head, *lines, b'{"frame"'])
     answer = client.post(f"/api/sessions/{session}/import?name=killed.rows.jsonl", content=kept)
     assert answer.status_code == 201, answer.text
-    assert answer.json()["left_out"] == ["the last line, which is cut off"]
+    cut, outside = answer.json()["left_out"]
+    assert cut == "the last line, which is cut off"
+    assert "of 96x80 has nothing of 3 of its 6 boxes" in outside  # its film is larger
     bad = client.post(f"/api/sessions/{session}/import?name=x.csv", content=b"\x00nothing")
     assert bad.status_code == 400
     assert "no text" in bad.json()["error"]

@@ -845,3 +845,11 @@ def test_rows_of_a_truth_tell_absent_frames_from_unknown_ones(go: Tell) -> None:
     assert go("convert a.vot.txt a.csv")[0] == 0
     found = [row["status"] for row in read_csv("a.csv")]
     assert found == ["tracking", "absent", "searching", "tracking"]
+
+
+def test_boxes_outside_of_the_picture_are_counted(go: Tell) -> None:
+    """A document lacks them, and all boxes of another film's rows may be some."""
+    Path("a.csv").write_text("frame,left,top,width,height\n0,9,9,9,9\n1,64,9,9,9\n")
+    said = "a.csv: the picture of 64x48 has nothing of 1 of its 2 boxes; formats that cut boxes"
+    go.says("convert a.csv a.yolo --size 64x48", 0, said)
+    go.says("convert a.csv b.yolo --size 65x48", 0, "has nothing of", told=False)

@@ -21,6 +21,7 @@ from motes.core.geometry import of_corners
 from motes.core.registry import Registry
 from motes.core.track import BOX, ELLIPSE, SURE, Status
 from motes.formats.recording import FilmFacts, Recording
+from motes.formats.shapes import visible_box
 from motes.formats.text import fields_of
 from motes.formats.truth import kind_of
 from motes.formats.visibility import (
@@ -33,6 +34,7 @@ from motes.formats.visibility import (
     IDENTITIES,
     MASKS,
     OTHERS,
+    SHOWN,
     TIMES,
     certain,
     marked,
@@ -409,13 +411,20 @@ def read(path: Path, name: str, facts: FilmFacts) -> Recording:
             f"in pixels."
         )
     width, height = recorded.head.width, recorded.head.height
+    notes = list(recorded.notes)
     if 2 * sum(of_corners(box, width, height) is not None for box in boxes) > len(boxes):
-        note = (
+        notes.append(
             f"most of its boxes fit into the picture of {width}x{height} only as left, top, right, "
             f"bottom; they are read as left, top, width, height."
         )
-        return replace(recorded, notes=[*recorded.notes, note])
-    return recorded
+    seen = [each for row in recorded for each in row.objects if each.status in SHOWN]
+    outside = sum(visible_box(each, recorded.head) is None for each in seen) if width else 0
+    if outside:
+        notes.append(
+            f"the picture of {width}x{height} has nothing of {outside} of its {len(seen)} boxes; "
+            f"formats that cut boxes at its border leave these out."
+        )
+    return replace(recorded, notes=notes)
 
 
 def _check_film(path: Path, recorded: Recording, facts: FilmFacts) -> None:
