@@ -513,3 +513,9 @@ def test_a_journal_of_another_version_is_said_to_be_one() -> None:
     )
     with pytest.raises(SourceError, match="the rows of a document of this version of motes"):
         registry.read(Path("old.rows.jsonl"), "journal", FilmFacts())
+
+
+def test_rows_of_several_objects_need_their_identities(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("frame,left,top,width,height\n0,1,1,9,9\n0,20,1,9,9\n")
+    with pytest.raises(SourceError, match=r"a\.csv: it has several objects in a frame, and no col"):
+        registry.read(tmp_path / "a.csv", "csv", FilmFacts())

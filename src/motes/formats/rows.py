@@ -143,6 +143,11 @@ def recording_of_rows(
                     )
                 angles[each.identity] = theta
                 objects.append(each)
+    if "id" not in names and len({each.frame for each in objects}) < len(objects):
+        raise FormatError(
+            "it has several objects in a frame, and no column id; add one, of -1 if it is not "
+            "known which is which"
+        )
     told = facts.run or range(0)
     found = Recording.of(facts, objects, times, left_out=left_out, searched=searched, told=told)
     stride = facts.run.step if facts.run is not None else stride_of([row.frame for row in found])
