@@ -787,6 +787,9 @@ def test_boxes_of_other_tools_are_not_replaced_in_silence(go: Tell) -> None:
     assert go("convert rows.csv task.xml")[0] == 0
     assert go("convert task.xml drawn.csv --video FILM")[0] == 0
     said = "is not of a tracker of motes, and only its first box is kept. To keep more, make keyf"
-    go.says("refine FILM drawn.csv --at 18=31,25,30,40", 0, f"drawn.csv {said}")
-    go.says("refine FILM drawn.csv --at 12=31,25,30,40", 0, said, told=False)  # they are now
+    drawn = Path("drawn.csv").read_bytes()
+    go.says("refine FILM drawn.csv --at 18=31,25,30,40", 2, f"drawn.csv {said}", lines=1)
+    assert Path("drawn.csv").read_bytes() == drawn
+    go.says("refine FILM drawn.csv --at 18=31,25,30,40 -o own.csv", 0, f"drawn.csv {said}")
+    go.says("refine FILM own.csv --at 12=31,25,30,40", 0, said, told=False)  # they are now
     go.says("refine FILM rows.csv --at 18=31,25,30,40", 0, said, told=False)

@@ -159,11 +159,6 @@ def corrected_run(
     mark = first.box if boxes else first.ellipse
     if boxes and turned:
         log(UPRIGHT)
-    if new and table.tracks[1:] and not table.tracked:
-        log(
-            f"{rows} is not of a tracker of motes, and only its first box is kept. To keep more, "
-            f"make keyframes of it with motes convert, and give them to motes track --keyframes."
-        )
     return table, part, History.begin(part, tracker, seed, [(first.frame, mark)], plane, preset)
 
 

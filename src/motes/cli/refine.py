@@ -67,6 +67,15 @@ def refine(
         raise ConfigError(
             "There is nothing to correct; give --at FRAME=x,y,width,height or --absent."
         )
+    marks_known = known is not None and bool(known.of(identity).corrections)
+    if table.tracks[1:] and not (table.tracked or marks_known):
+        said = (
+            f"{rows} is not of a tracker of motes, and only its first box is kept. To keep more, "
+            f"make keyframes of it with motes convert, and give them to motes track --keyframes"
+        )
+        if output is None:
+            raise ConfigError(f"{said}; else give -o, as nobody could make these boxes anew.")
+        log(f"{said}.")
     if not history.unfinished:  # else those that are not there yet are made now
         table.check_whole()
     after = history.corrected(new)
