@@ -274,7 +274,7 @@ def test_a_box_outside_of_the_picture_stays_there(name: str) -> None:
 WRONG = [
     ("csv", TRACK, TRACK.replace("x,y", "east,north"), "rows have no column east, north"),
     ("csv", ",theta,", ",width,", "it has no (theta|height)"),
-    ("csv", "0.9,tracking,0.1,99.0\n", "0.9,followed,0.1,99.0\n", "row .: 'followed' is not"),
+    ("csv", "0.9,tracking,0.1,99.0\n", "0.9,followed,0.1,99.0\n", "row .: status is 'followed'"),
     ("csv", "1,0.04,12.5,40.0", "1,,12.5,40.0", "row 2: it has no time"),
     ("csv", "1,0.04,12.5,40.0", "1,0.04,,", "row 2: it has no x"),
     ("csv", TRACK_ROW, TRACK_ROW.replace(",99.0", ""), "row 2 has 10 fields instead of 11"),
@@ -518,4 +518,20 @@ def test_a_journal_of_another_version_is_said_to_be_one() -> None:
 def test_rows_of_several_objects_need_their_identities(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("frame,left,top,width,height\n0,1,1,9,9\n0,20,1,9,9\n")
     with pytest.raises(SourceError, match=r"a\.csv: it has several objects in a frame, and no col"):
+        registry.read(tmp_path / "a.csv", "csv", FilmFacts())
+
+
+@pytest.mark.parametrize(
+    ("title", "first", "second", "said"),
+    [
+        ("status", "tracking", "seen", "row 2: status is 'seen'; it is one of searching, "),
+        ("time", "5", "0.08", "frame 0 has the time 5, and 1 0.08"),
+    ],
+)
+def test_rows_of_other_words_or_times(
+    title: str, first: str, second: str, said: str, tmp_path: Path
+) -> None:
+    lines = [f"frame,left,top,width,height,{title}", f"0,1,1,9,9,{first}", f"1,1,1,9,9,{second}"]
+    (tmp_path / "a.csv").write_text("\n".join(lines) + "\n")
+    with pytest.raises(SourceError, match=f"a.csv: {said}"):
         registry.read(tmp_path / "a.csv", "csv", FilmFacts())

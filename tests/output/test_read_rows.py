@@ -102,7 +102,7 @@ def test_a_data_frame(tmp_path: Path, form: str) -> None:
     ("name", "content", "why"),
     [
         ("a.csv", "", "its columns are missing"),
-        ("a.csv", "frame,hue\n0,1\n", "rows have no column hue"),
+        ("a.csv", "frame,hue\n0,1\n", "rows have no column hue: rename it, or rem"),
         ("a.csv", "frame,x\r0,1\r", "its lines end in carriage returns alone; save it anew"),
         ("a.csv", "frame;x\n0;1,5\n", "its columns are separated by ';'; write commas"),
         ("a.csv", "frame,x,x\n0,1,1\n", "its columns are frame, x, x"),

@@ -72,8 +72,8 @@ class Recording:
 
         A row without a class has the last one that another row names for its object.
 
-        Raises a FormatError if a frame is negative, or larger than any film's, its time is none, or
-        an object is there twice in a frame.
+        Raises a FormatError if a frame is negative, or larger than any film's, its time is none or
+        before that of an earlier frame, or an object is there twice in a frame.
 
         Parameters
         ----------
@@ -124,6 +124,9 @@ class Recording:
         for frame, time in known.items():
             if not abs(time) <= FARTHEST:
                 raise FormatError(f"frame {frame} has the time {time:g}")
+        for (one, before), (two, after) in pairwise(sorted(known.items())):
+            if after < before:  # times that are rounded may be equal
+                raise FormatError(f"frame {one} has the time {before:g}, and {two} {after:g}")
         if not facts.fps:
             facts = replace(facts, fps=rate_of(known))
         seconds = known | _between(known, [frame for frame in frames if frame not in known], facts)

@@ -156,7 +156,9 @@ def recording_of_rows(
 
 def _object(row: Mapping[str, Any], place: Sequence[str], *, rated: bool) -> Track | None:
     """Return the object of a row; None where it has no place, as one that is searched for."""
-    status = Status(row.get("status", Status.TRACKING))
+    if (given := row.get("status", Status.TRACKING)) not in [*Status]:
+        raise ValueError(f"status is {given!r}; it is one of {', '.join(Status)}")
+    status = Status(given)
     for name in KNOWN[len(COLUMNS) :]:
         value = row.get(name, 0)
         if not isinstance(value, str | int | float):

@@ -147,7 +147,8 @@ def _table(lines: Iterator[Sequence[Any]]) -> NDArray[np.void]:
             raise ValueError(SEPARATED.format(mark))
     others = [name for name in names if name not in TYPES]
     if "frame" in names and others:
-        raise ValueError(f"rows have no column {', '.join(others)[:80]}")
+        named = ", ".join(others)[:80]
+        raise ValueError(f"rows have no column {named}: rename it, or remove it from a copy")
     if "frame" not in names or len(set(names)) < len(names):
         raise ValueError(f"its columns are {', '.join(names)[:80] or 'missing'}")
     rows = []
