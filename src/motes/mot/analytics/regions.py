@@ -15,7 +15,7 @@ from msgspec.structs import replace
 from motes.core.config import Config
 from motes.core.errors import ConfigError
 from motes.core.geometry import as_text, clipped
-from motes.mot.analytics.ground_plane import Ground, Point
+from motes.mot.analytics.ground_plane import Ground, Number, Point
 
 STROKE = 0.12
 """Length of the stroke that shows a line's first direction, as a share of the line."""
@@ -34,7 +34,7 @@ class Line(Config, frozen=True):
     second: in or out.
     """
 
-    points: tuple[float, float, float, float]
+    points: tuple[Number, Number, Number, Number]
     """Its two ends: x1, y1, x2, y2, in pixels."""
     name: str = ""
     """Its name in events; by default its number."""
@@ -72,7 +72,7 @@ class Line(Config, frozen=True):
 class Zone(Config, frozen=True):
     """A polygon whose entries and exits are counted."""
 
-    points: Annotated[tuple[float, ...], Meta(min_length=6)]
+    points: Annotated[tuple[Number, ...], Meta(min_length=6)]
     """Its corners: x1, y1, x2, y2, x3, y3, ..., in pixels."""
     name: str = ""
     """Its name in events; by default its number."""
