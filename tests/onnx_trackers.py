@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import onnx
+import pytest
 from numpy.typing import NDArray
 from onnx import TensorProto, helper
 
@@ -52,6 +53,7 @@ def scores(
 
 def save_pair(folder: Path, *, opset: int = 17, channels: int = 4) -> tuple[str, str]:
     """Write a backbone and a head, and return their paths."""
+    pytest.importorskip("onnxruntime", reason="onnxruntime is not installed")
     backbone, head = Graph(), Graph()
     _mean_colors(backbone, "input", share=1 / 255, end=1, name="output")
     logit = _logits(head, "input1", "input2", SHARP)

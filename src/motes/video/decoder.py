@@ -52,11 +52,12 @@ REMEDY = "give a video, an image, or a folder of images."
 LIVE_FORMATS = ("hls", "mpjpeg", "rtsp")
 """FFmpeg's names of formats that have no end unless they give a duration."""
 
-_PYAV = int(av.__version__.split(".")[0])
-# Starting threads for each picture takes longer than they save; PyAV 16 never starts any.
-ONE_THREAD: dict[str, Any] = {"threads": 1} if _PYAV >= 17 else {}
+ONE_THREAD = 1
+"""To start threads for each picture takes longer than they save."""
 # A title may be in any encoding; PyAV 19 accepts that by itself.
-_TITLE_OPTIONS: dict[str, Any] = {"metadata_errors": "replace"} if _PYAV < 19 else {}
+_TITLE_OPTIONS: dict[str, Any] = (
+    {"metadata_errors": "replace"} if int(av.__version__.split(".")[0]) < 19 else {}
+)
 
 
 class Decoder(Reader):
@@ -392,7 +393,7 @@ class Decoder(Reader):
     def _values(self, frame: VideoFrame, kind: str) -> NDArray[Any]:
         """Return the pixels of a picture in a format of FFmpeg's."""
         try:
-            converted = self._reformatter.reformat(frame, format=kind, **ONE_THREAD)
+            converted = self._reformatter.reformat(frame, format=kind, threads=ONE_THREAD)
         except av.FFmpegError as error:
             raise SourceError(
                 f"{self._name} has pixels in the format {frame.format.name}, which cannot be "

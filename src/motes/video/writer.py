@@ -127,7 +127,7 @@ class VideoWriter:
         self._last = max(round(seconds * 1000), self._last + 1)
         try:
             frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(pixels), format="rgb24")
-            frame = self._reformatter.reformat(frame, format="yuv420p", **ONE_THREAD)
+            frame = self._reformatter.reformat(frame, format="yuv420p", threads=ONE_THREAD)
             frame.pts, frame.time_base = self._last, _MILLISECOND
             self._container.mux(self._stream.encode(frame))
         except (av.FFmpegError, OSError) as error:
