@@ -512,6 +512,8 @@ def test_what_flickers_is_left_out_and_said() -> None:
     counting = desk()
     assert visits(counting, [70, 71, 70, 71, 70]) == []
     assert counting.left_out["desk", BRIEF] == 1
+    assert (counting.totals, counting.left_out["", BRIEF]) == ({}, 1)  # it does not even appear
+    assert counting.remarks()[0] == f"left out {BRIEF}: 1"
     counting = desk()
     assert visits(counting, [70, 71, 70, 71, 70], lost=False) == []
     assert counting.left_out["desk", BRIEF] == 1

@@ -79,7 +79,8 @@ class EventCounter:
     Attributes
     ----------
     left_out
-        Number of events that do not count, for each (place, reason).
+        Number of events that do not count, for each (place, reason); an object that does not
+        appear has the place "".
     abrupt
         Number of objects that were found or lost upon each line, which they may have passed or not,
         or inside each zone, where that counts as an entry or an exit.
@@ -111,6 +112,7 @@ class EventCounter:
         self._shapes = {name: deque[float](maxlen=KEPT) for name in self._lines}
         self._seen: dict[int, Track] = {}
         self._paths: dict[int, Trajectory] = {}
+        self._present = set[int]()
         self._ended: list[Trajectory] = []
         self._turn = 0
         self.counts, self.totals = Counter(), Counter()
@@ -169,8 +171,9 @@ class EventCounter:
         now = path.feet[-1][0]
         path.settle(now, 0)
         events = path.counted(now)
-        self.left_out.update((event.place or "", BRIEF) for event in path.sure)
-        path.sure = []
+        brief = path.sure if path.came is None else [path.came, *path.sure]
+        self.left_out.update((event.place or "", BRIEF) for event in brief)
+        path.sure, path.came = [], None
         path.touched |= {
             event.place or "" for event in path.over.values() if event.event == "enters"
         }
@@ -193,8 +196,12 @@ class EventCounter:
         return [event for path in done for event in path.leaving]
 
     def remarks(self) -> list[str]:
-        """Return a line for each place at which nothing counted, or something was left out."""
-        seen, lines = Counter[str](), list[str]()
+        """Return a line for each place at which nothing counted, or something was left out.
+
+        Before them is one on who was left out altogether.
+        """
+        seen, brief = Counter[str](), self.left_out["", BRIEF]
+        lines = [f"left out {BRIEF}: {brief}"] if brief else []
         for (_, _, place, _, _), n in self.counts.items():
             seen[place] += n
         for name in (*self._lines, *self._zones):
@@ -239,12 +246,13 @@ class EventCounter:
         foot, limit = box.foot, JUMP * math.sqrt(box.width * box.height)
         events, jumped, upon = list[Event](), False, self._upon(box)
         path = self._paths.get(each.identity)
-        appears = path is None
         if path is not None and not path.known(self._turn):
             events += self._stop(each, self._paths.pop(each.identity))
             path = None
         if path is None:
             path = self._paths[each.identity] = self._begin(foot, time, limit, upon)
+            if each.identity not in self._present:
+                path.came = self._event(each, path, foot, "appears")
         else:
             # It then holds something else than before, such as two objects that touch. What was
             # hidden for more than half a second may be anywhere.
@@ -261,11 +269,13 @@ class EventCounter:
             path.continued, path.crossed = False, []
         path.step(time, foot, cut=box.is_cut(self._size), ground=self._ground)
         path.frame, path.turn, path.upon = each.frame, self._turn, upon
-        if appears:
-            events.append(self._event(each, path, foot, "appears"))
         path.jumped = path.jumped or jumped
         path.walked = not path.jumped and (path.walked or math.dist(path.first, foot) >= box.height)
         path.settle(time, SETTLED)
+        if path.came is not None and path.counts(time):
+            events.append(path.came)
+            path.came = None
+            self._present.add(each.identity)
         events += path.counted(time)
         for name, line in self._lines.items():
             if jumped:
@@ -397,7 +407,10 @@ class EventCounter:
         path = self._paths.pop(each.identity)
         last, foot = path.feet[-1]
         events = self._stop(each, path)
-        return [*events, self._event(each, path, foot, "disappears", seconds=last - path.since)]
+        if each.identity in self._present:
+            self._present.remove(each.identity)
+            events.append(self._event(each, path, foot, "disappears", seconds=last - path.since))
+        return events
 
     def _event(
         self,

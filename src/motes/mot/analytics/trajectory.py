@@ -30,6 +30,8 @@ class Trajectory:
     """Times and places of its foot in the last half second."""
     whole: deque[tuple[float, Point]] = field(default_factory=deque)
     """Those of them in turn, up to the last, where no edge of the picture cuts its box."""
+    came: Event | None = None
+    """That it appears, until this counts."""
     speed: float | None = None
     metres_per_second: float | None = None
     """Its speed when it was last seen whole, in pixels and on the ground; None before."""
@@ -167,7 +169,8 @@ class Trajectory:
 
     def undecided(self) -> list[Event]:
         """Return the events that may be returned later, or not."""
-        return [*self.over.values(), *self.pending.values(), *self.sure, *self.leaving]
+        came = [] if self.came is None else [self.came]
+        return [*came, *self.over.values(), *self.pending.values(), *self.sure, *self.leaving]
 
 
 def _append(places: deque[tuple[float, Point]], time: float, foot: Point) -> None:
