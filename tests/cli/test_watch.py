@@ -328,7 +328,7 @@ def test_an_onnx_file_finds_classes(go: Go) -> None:
     Path("red.toml").write_text('classes = ["walker", "sky"]\nscore = 0.5\n')
     pixels = np.full((96, 160, 3), 100, np.uint8)
     pixels[48:64, 64:80] = (230, 40, 40)
-    write_pictures("still.mkv", [pixels] * 12)
+    write_pictures("still.mkv", [pixels] * 20)
     line = "still.mkv --detector red.onnx -o r.csv --events e.jsonl"
     code, _, error = go(f"{line} --classes walker --least 0.6")
     assert code == 0, error
