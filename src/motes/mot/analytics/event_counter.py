@@ -27,7 +27,7 @@ from motes.mot.analytics.regions import (
 from motes.mot.analytics.trajectory import Trajectory
 
 EDGE = "visits to its edge alone"
-BRIEF = "events of objects that were seen for less than half a second and had hardly moved"
+BRIEF = "objects that were seen for less than half a second and had hardly moved"
 PART = "crossings of other parts of what has crossed it"
 JUMPED = "boxes that jumped over it"
 """Reasons for which an event does not count."""
