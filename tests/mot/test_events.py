@@ -76,6 +76,8 @@ def test_events_of_one_visit() -> None:
     assert counting.totals == dict.fromkeys(once, 1)
     assert places.totals == ["gate in", "gate out", "zone 1 enters", "zone 1 leaves"]
     assert counting.counts.total() == 5
+    again = told(counting, *(seen(20 + i, (10 * i, 40)) for i in range(3)))
+    assert [(each.frame, each.event) for each in again] == [(20, "appears")]
 
 
 @pytest.mark.parametrize(
@@ -514,6 +516,11 @@ def test_what_flickers_is_left_out_and_said() -> None:
     assert counting.left_out["desk", BRIEF] == 1
     assert (counting.totals, counting.left_out["", BRIEF]) == ({}, 1)  # it does not even appear
     assert counting.remarks()[0] == f"left out {BRIEF}: 1"
+    counting = EventCounter()
+    assert told(counting, seen(0, (70, 40)), seen(1, (70, 40))) == []
+    assert counting.undecided == 0  # it may still appear there
+    assert told(counting, seen(2, (0, 0), Status.LOST)) == []
+    assert counting.undecided is None
     counting = desk()
     assert visits(counting, [70, 71, 70, 71, 70], lost=False) == []
     assert counting.left_out["desk", BRIEF] == 1
