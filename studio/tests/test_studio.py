@@ -179,7 +179,9 @@ def test_refined_rows_are_those_of_the_command_line(both: Both) -> None:
     assert rows.read_bytes() == both.exported(number)
 
 
-def test_the_particles_of_a_frame_are_shown_again(both: Both) -> None:
+def test_the_particles_of_a_frame_are_shown_again(
+    client: httpx.Client, session: str, both: Both
+) -> None:
     page = both.page
     number = page.drawn(preset="maggio")
     page.tracked(number)
@@ -188,6 +190,10 @@ def test_the_particles_of_a_frame_are_shown_again(both: Both) -> None:
     assert (found.object, found.frame) == (number, 5)
     assert len(found.particles) == len(found.weights) == 150
     assert max(found.weights) == 1
+    later = page.do("split", object=number, frame=20).object
+    page.settle()
+    asked = client.get(f"/api/sessions/{session}/overlays/5?object={later}")
+    assert asked.json()["error"] == "Frame 5 is not of the object, which has 20 to 39."
 
 
 def test_doubts_are_those_of_motes_check(both: Both) -> None:

@@ -193,7 +193,7 @@ def _check_tracker(target: DrawnTarget, networks: Container[str]) -> None:
 def _added(
     document: Document, command: commands.AddObject, film: OpenFilm, networks: Container[str]
 ) -> tuple[Document, int]:
-    _check_frame(command.frame, range(film.frames))
+    check_frame(command.frame, range(film.frames))
     region_within(command.region, film.width, film.height)
     number = document.following
     target = DrawnTarget(
@@ -204,7 +204,8 @@ def _added(
     return appended(document, target), number
 
 
-def _check_frame(frame: int, frames: range) -> None:
+def check_frame(frame: int, frames: range) -> None:
+    """Raise a ConfigError unless a frame is among those of an object."""
     if frame not in frames:
         raise ConfigError(
             f"Frame {frame} is not of the object, which has {frames.start} to {frames.stop - 1}."
@@ -215,7 +216,7 @@ def _marked(
     document: Document, command: commands.SetKeyframe, film: OpenFilm
 ) -> tuple[Document, int]:
     target = document.target(command.object)
-    _check_frame(command.frame, target.frames)
+    check_frame(command.frame, target.frames)
     region_within(command.region, film.width, film.height)
     target = replace(
         target,
@@ -241,8 +242,8 @@ def _absent(document: Document, command: commands.SetAbsent) -> tuple[Document, 
     target, first, last = document.target(command.object), command.first, command.last
     if last < first:
         raise ConfigError(f"The frames {first} to {last} are no range; the first one comes first.")
-    _check_frame(first, target.frames)
-    _check_frame(last, target.frames)
+    check_frame(first, target.frames)
+    check_frame(last, target.frames)
     keys = {frame: each for frame, each in target.keys.items() if not first <= frame <= last}
     if not keys:
         raise ConfigError("The object would have no keyframe; draw it in another frame first.")

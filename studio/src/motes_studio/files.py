@@ -17,7 +17,7 @@ import msgspec
 from motes import ConfigError, FormatError
 from motes_studio import drawing, exports, imports
 from motes_studio.commands import Number
-from motes_studio.document import DrawnTarget
+from motes_studio.document import DrawnTarget, check_frame
 from motes_studio.film_worker import EndedError
 from motes_studio.messages import DoubtfulFrame, Overlay
 from motes_studio.plan import pass_to
@@ -167,7 +167,7 @@ async def overlay(session: LiveSession, about: Question) -> Overlay:
     A tracker starts at the nearest keyframe before the frame, or else after it, and goes there.
     """
     target = _target(session, about)
-    session.check_frame(about.index)
+    check_frame(about.index, target.frames)
     run = pass_to(target, about.index)
     task = partial(look_at, number=target.object, run=run)
     data = await session.ask(task, frames=abs(run.stop - run.start))

@@ -3,7 +3,7 @@
 import { announce } from "./announce.js";
 import { ask } from "./api.js";
 import { element, fillAnew } from "./dom.js";
-import { selectedItem, runningJobs, withOrWithout } from "./derived.js";
+import { isAbsent, selectedItem, runningJobs, withOrWithout } from "./derived.js";
 import { LANES } from "./series.js";
 
 const LAYERS = [
@@ -45,6 +45,7 @@ async function look(store) {
   const { asked, session, pictured: frame, shown } = state;
   const item = selectedItem(state);
   if (!shown.has("particles") || !item?.tracked || state.playing || runningJobs(state).length || frame === null) return;
+  if (frame < item.first || frame > item.last || isAbsent(item, frame)) return;
   const key = [session.id, item.object, frame, session.revision].join();
   if (key === asked?.key) return;
   asked?.control.abort();
