@@ -208,8 +208,9 @@ def test_doubts_are_those_of_motes_check(both: Both) -> None:
 
 def test_watched_objects_are_those_of_the_command_line(both: Both) -> None:
     page, at = both.page, both.at
-    places = {"lines": [{"points": [48, 0, 48, 80], "name": "door"}], "zones": [], "ground": None}
-    page.do("set_places", places=places)
+    ground = [[0, 0, 0, 0], [95, 0, 4, 0], [95, 79, 4, 3], [0, 79, 0, 3]]
+    door = {"points": [48, 0, 48, 80], "name": "door"}
+    page.do("set_places", places={"lines": [door], "zones": [], "ground": ground})
     page.do("watch", seed=2)
     page.settle()
     page.until(lambda: sum(len(each.frames) for each in page.of(messages.FoundScene)) == FRAMES)
@@ -225,6 +226,11 @@ def test_watched_objects_are_those_of_the_command_line(both: Both) -> None:
     events = both.get("export", scene=1, format="events").content
     lines = (at / "events.jsonl").read_bytes().splitlines()
     assert [*map(msgspec.json.decode, events.splitlines())] == [*map(msgspec.json.decode, lines)]
+    steep = [[20, 70, 0, 0], [75, 70, 4, 0], [60, 60, 4, 30], [40, 60, 0, 30]]
+    page.do("set_places", places={"lines": [], "zones": [], "ground": steep})
+    job = page.do("watch").job
+    page.settle()
+    assert "such rows have no metres" in str(page.jobs[job or 0].note)
 
 
 def cells(data: bytes) -> list[list[str]]:

@@ -1,5 +1,6 @@
 """The public names of this package."""
 
+from .analytics.real_units import GroundMotion as GroundMotion, RealUnits as RealUnits
 from .association import assign as assign
 from .expected import Expected as Expected
 from .look import Look as Look

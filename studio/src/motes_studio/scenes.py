@@ -9,7 +9,7 @@ import msgspec
 
 from motes import ConfigError, Event, EventCounter, Regions, Scene, Track
 from motes.core import from_toml
-from motes.mot import WatchConfig
+from motes.mot import GroundMotion, RealUnits, WatchConfig
 from motes.rows import FrameRow
 from motes.video import Film
 from motes_studio.commands import Watch
@@ -30,6 +30,8 @@ class ScenePart(msgspec.Struct, frozen=True):
     """Number of objects in the last frame."""
     totals: dict[str, int]
     """How often each event has happened so far, by its name."""
+    note: str | None = None
+    """What the scene, or the ground, has to say so far."""
 
 
 def config_of(watch: Watch) -> WatchConfig:
@@ -50,18 +52,24 @@ def config_of(watch: Watch) -> WatchConfig:
 def scene_parts(film: Film, config: WatchConfig, places: Regions, seed: int) -> Iterator[ScenePart]:
     """Yield a part for each frame of a film, and one with the events that are still open then."""
     scene = Scene(config.detector.detector(), config, seed)
-    counter = EventCounter(places, (film.width, film.height))
+    size = film.width, film.height
+    counter = EventCounter(places, size)
+    motion = None if places.ground is None else GroundMotion(RealUnits(places.ground), size)
     last = len(film.times) - 1
     scene.prepare(film.forward(0, last))
 
     def part(rows: list[FrameRow], events: list[Event]) -> ScenePart:
         fields = [event.fields() for event in events]
         here = scene.created - scene.terminated
-        return ScenePart([row.to_dict() for row in rows], fields, here, dict(counter.totals))
+        unplaced = motion.note if motion else None
+        said = " ".join(filter(None, [*scene.warnings.values(), unplaced]))
+        found = [row.to_dict() for row in rows]
+        return ScenePart(found, fields, here, dict(counter.totals), said or None)
 
     for frame, tracks in scene.watch(film.forward(0, last), ahead=False):
-        row = FrameRow(frame.index, frame.time, tuple(tracks))
-        yield part([row], counter.update(tracks, frame.time))
+        events = counter.update(tracks, frame.time)
+        placed = motion.update(tracks) if motion else tracks
+        yield part([FrameRow(frame.index, frame.time, tuple(placed))], events)
     yield part([], counter.finish())
 
 
@@ -72,6 +80,7 @@ def joined(parts: list[ScenePart]) -> ScenePart:
         [event for part in parts for event in part.events],
         parts[-1].objects,
         parts[-1].totals,
+        parts[-1].note,
     )
 
 

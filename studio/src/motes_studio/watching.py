@@ -85,7 +85,8 @@ class Watching:
             if self.job is not job or not job.active:
                 return
             self._store.add_part(self._session, PARTS, data)
-            frames = len(msgspec.json.decode(data, type=ScenePart).frames)
+            found = msgspec.json.decode(data, type=ScenePart)
+            job.note, frames = found.note, len(found.frames)
             job.done, job.left = job.done + frames, max(job.left - frames, 0)
             self._board.extend_scene()
             self._board.progress(job)

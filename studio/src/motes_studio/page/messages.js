@@ -48,7 +48,7 @@ export const MESSAGES = {
   progress(store, { type, ...job }) {
     const before = store.state.jobs.get(job.job);
     store.set({ jobs: new Map(store.state.jobs).set(job.job, job) });
-    if (job.note && !before?.note) announce(job.note, "error");
+    if (job.note && job.note !== before?.note) announce(job.note, "error");
     if (job.status === "failed") announce(job.error ?? "The run has failed.", "error");
   },
 
