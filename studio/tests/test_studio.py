@@ -543,8 +543,15 @@ def test_frames_that_a_format_leaves_out_are_told(tmp_path: Path) -> None:
     assert said.startswith(b"without 2 frames in which a target is lost or searched for; 1 guess ")
 
 
-def exported(path: Path, states: list[Status], *, guesses: bool = False) -> bytes:
-    """Write an object with these states as COCO, and return what is said."""
+def test_label_studio_is_told_the_rate_of_the_film(tmp_path: Path) -> None:
+    said = exported(tmp_path / "n.ls.json", [Status.TRACKING], "label-studio")
+    assert said.startswith(b'Label Studio has a rate of its own; give its tag Video framerate="$fp')
+
+
+def exported(
+    path: Path, states: list[Status], form: str = "coco", *, guesses: bool = False
+) -> bytes:
+    """Write an object with these states in a format, and return what is said."""
     there = Ellipse(50, 40, 9, 9, 0)
     rows = [
         FrameRow(i, i / 25, (Track(i, i / 25, there, confidence=0.9, status=state),)).to_dict()
@@ -553,7 +560,7 @@ def exported(path: Path, states: list[Status], *, guesses: bool = False) -> byte
     part = msgspec.json.encode(ScenePart(rows, [], 1, {}))
     film = messages.OpenFilm("n.mp4", 320, 240, 3, 25.0)
     place: Any = SimpleNamespace(film=SimpleNamespace(files=()), check=lambda: None)
-    return exports.write_scene(place, str(path), "coco", film, [part], guesses=guesses)
+    return exports.write_scene(place, str(path), form, film, [part], guesses=guesses)
 
 
 def test_a_region_with_nothing_in_it_is_noted(folder: Path, client: httpx.Client) -> None:

@@ -28,7 +28,13 @@ from motes.core.track import GROUND
 from motes.correction.history import History
 from motes.formats.mot import line_of
 from motes.formats.recording import LABEL, Recording
-from motes.formats.registry import FORMATS, Written, check_images, write as write_format
+from motes.formats.registry import (
+    FORMATS,
+    Written,
+    check_images,
+    frames_told,
+    write as write_format,
+)
 from motes.formats.rows import recording_of_journal
 from motes.formats.visibility import visible
 from motes.mot.analytics.event import Event
@@ -227,16 +233,8 @@ def guesses_told(form: str, written: Written, hint: str = DocumentOutput.hint) -
 
 def say_how_to_train(path: Path, form: str, recorded: Recording) -> None:
     """Print how the images come to labels of YOLO, or where another tool has others in a frame."""
-    names = [row.file or "" for row in recorded]
-    if form == "cvat" and names != sorted(names):
-        from motes.formats.cvat import ORDER  # not where a run begins
-
-        log(f"{path}: {ORDER}")
-    if form == "label-studio":
-        log(
-            f'{path}: Label Studio has a rate of its own; give its tag Video framerate="$fps", so '
-            f"that its frames are those of the film."
-        )
+    if told := frames_told(form, recorded):
+        log(f"{path}: {told}")
     if form != "yolo":
         return
     film, images = recorded.head.source, str(path / "images")

@@ -480,6 +480,21 @@ class Written(NamedTuple):
         return f"{number} {become} (interpolated, or confidence below {SURE})"
 
 
+def frames_told(form: str, recorded: Recording) -> str:
+    """Return what a tool needs so that its frames are those of a written file; "" for nothing."""
+    names = [row.file or "" for row in recorded]
+    if form == "cvat" and names != sorted(names):
+        from motes.formats.cvat import ORDER  # not where a run begins
+
+        return ORDER
+    if form == "label-studio":
+        return (
+            'Label Studio has a rate of its own; give its tag Video framerate="$fps", so that its '
+            "frames are those of the film."
+        )
+    return ""
+
+
 def marks_guesses(form: str) -> bool:
     """Return whether guesses stay in a format, as hidden objects."""
     return HIDDEN in FORMATS.resolve(form).holds

@@ -151,7 +151,7 @@ def _write(
         made = Path(folder) / "file" if known.folder else Path(path)
         try:
             written = registry.write(made, form, recording, guesses=guesses)
-            said = _told(written, form)
+            said = _told(written, form, recording)
             if known.folder:
                 _zip(made, path)
         except OSError as error:
@@ -159,13 +159,14 @@ def _write(
     return said.encode()
 
 
-def _told(written: registry.Written, form: str) -> str:
-    """Return what of the rows a file has not, or has as something else; "" for nothing."""
+def _told(written: registry.Written, form: str, recording: Recording) -> str:
+    """Return what of the rows a file has not, or has as something else, and what its tool needs."""
     missed, unknown = counted(written.missed, "frame"), counted(written.unknown, "frame")
     parts = [
         f"without {missed} in which a target is {written.missed_told(form)}" * bool(written.missed),
         written.guesses_told(form),
         f"called absent: {unknown} without a row" * bool(written.unknown),
+        registry.frames_told(form, recording).rstrip("."),
     ]
     return "; ".join(filter(None, parts))
 
