@@ -14,8 +14,8 @@ from studios import SLOW, Program
 
 pytestmark = pytest.mark.slow
 
-SIZES = [(1280, 720), (3840, 2160), (1024, 700)]
-CUT = """() => [...document.querySelectorAll('button, select, input, h2, .caption')]
+SIZES = [(1280, 720), (3840, 2160), (1024, 700), (800, 600)]
+CUT = """() => [...document.querySelectorAll('button, select, input, label, h2, .caption')]
     .filter((one) => one.checkVisibility() && !one.closest('.unseen') && !one.matches('.unseen'))
     .filter((one) => { const { left, right, width } = one.getBoundingClientRect();
         return width && (left < -1 || right > innerWidth + 1); })
@@ -215,6 +215,14 @@ def test_nothing_sticks_out_of_the_window(shown: Shown) -> None:
         )
         assert all(above[1] <= below[0] + 1 for above, below in pairwise(heights))
         assert heights[-1][1] <= height + 1
+    shown.page.evaluate(f"{START} app.store.set({{ tool: 'ground', corners: [[9, 9]] }}))")
+    for tab in ("Layers", "Doubts", "Count"):
+        shown.page.get_by_role("tab", name=tab).click()
+        assert shown.page.evaluate(CUT) == []
+    film = "{ ...s.session.film, name: 'long '.repeat(40) }"
+    shown.state(f"app.store.set({{ connected: false, session: {{ ...s.session, film: {film} }} }})")
+    lost = shown.page.get_by_text("The server does not answer")
+    assert lost.evaluate("({ scrollWidth, clientWidth }) => scrollWidth <= clientWidth")
 
 
 def test_fingers_draw_and_zoom(shown: Shown) -> None:

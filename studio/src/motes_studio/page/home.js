@@ -72,7 +72,7 @@ function filmEntries(app, words) {
   const known = new Set((app.store.state.sessions ?? []).map(({ film }) => film));
   return found.map(({ name, bytes, uploaded }) => element("li", { class: "row" },
     element("button", { type: "button", class: "entry", onclick: () => openFilm(app, name, uploaded) },
-      icon("film"), element("span", { class: "grow name" }, name),
+      icon("film"), element("span", { class: "grow name", title: name }, name),
       element("span", { class: "muted" }, uploaded ? "uploaded" : ""), element("span", { class: "muted size" }, size(bytes))),
     known.has(name) ? button(`New session of ${name}`, () => openFilm(app, name, uploaded, true), { picture: "plus" }) : null));
 }

@@ -84,11 +84,11 @@ store.on(["session", "connected"], ({ session, connected }) => {
 });
 
 function titleOf({ name, width, height, frames, problems }, connected) {
-  const warning = (text, title) => element("span", { class: "warning", role: "status", title }, text);
+  const warning = (text) => element("span", { class: "warning", role: "status", title: text }, text);
   return [
-    element("h1", {}, name),
+    element("h1", { title: name }, name),
     element("span", { class: "muted" }, `${width} × ${height}, ${plural(frames, "frame")}`),
-    problems ? warning(`Read with problems: ${problems}`, "The frames are those of motes track.") : null,
+    problems ? warning(`Read with problems: ${problems}. The frames are those of motes track.`) : null,
     connected ? null : warning("The server does not answer; trying again …"),
   ];
 }

@@ -37,7 +37,7 @@ function isMore(menu, presets, chosen) {
 /** Return the fields that choose preset, configuration and seed; `change` is called with what changed. */
 export function trackerFields(presets, { preset, config, seed }, change) {
   const options = presetOptions(presets, preset);
-  options.push(element("option", { value: OWN }, config === null ? "From a file …" : "Own configuration"));
+  options.push(element("option", { value: OWN }, config === null ? "From a file …" : "Own file"));
   const file = element("input", { type: "file", accept: ".toml", class: "unseen", tabindex: "-1", "aria-label": "Configuration file" });
   file.addEventListener("change", async () => {
     const text = file.files[0] && (await file.files[0].text());
