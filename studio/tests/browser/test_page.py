@@ -225,6 +225,19 @@ def test_nothing_sticks_out_of_the_window(shown: Shown) -> None:
     assert lost.evaluate("({ scrollWidth, clientWidth }) => scrollWidth <= clientWidth")
 
 
+def test_a_long_message_stays_for_longer(shown: Shown) -> None:
+    """What an export leaves out, with a long name of a film, was gone after four seconds."""
+    page = shown.page
+    page.clock.install()
+    page.evaluate(
+        "import('/static/announce.js').then(({ announce }) => {"
+        "announce('short'); announce('long '.repeat(50)); })"
+    )
+    page.clock.run_for(10_000)
+    assert not page.get_by_text("short", exact=True).count()
+    assert page.get_by_text("long long").count()
+
+
 def test_fingers_draw_and_zoom(shown: Shown) -> None:
     touch = shown.context.new_cdp_session(shown.page)
     touch.send("Emulation.setTouchEmulationEnabled", {"enabled": True})

@@ -3,15 +3,16 @@
 import { button, element } from "./dom.js";
 
 const SECONDS = { note: 4, error: 12 };
+const LETTERS = 15; // that are read in a second
 
-/** Show a message; an error stays longer, and is read at once. Return a function that takes it away. */
+/** Show a message; a long one and an error stay longer, and an error is read at once. Return a function that takes it away. */
 export function announce(text, kind = "note") {
   const region = document.getElementById(kind === "error" ? "alerts" : "notes");
   const close = button("Close this message", () => message.remove(), { picture: "close" });
   const message = element("div", { class: `message ${kind}` }, element("span", {}, text), close);
   region.append(message);
   while (region.children.length > 3) region.firstElementChild.remove();
-  setTimeout(() => message.remove(), SECONDS[kind] * 1000);
+  setTimeout(() => message.remove(), (SECONDS[kind] + text.length / LETTERS) * 1000);
   return () => message.remove();
 }
 
