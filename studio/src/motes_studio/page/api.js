@@ -16,7 +16,9 @@ export async function askPicture(address, signal) {
 
 /** Return the answer of an address. */
 export async function answerOf(address, options) {
-  const answer = await fetch(address, options);
+  const answer = await fetch(address, options).catch((error) => {
+    throw error.name === "AbortError" ? error : new Error("The server does not answer.");
+  });
   if (answer.ok) return answer;
   throw Object.assign(new Error(reason(await answer.text(), answer.status)), { soon: answer.status === SOON });
 }
