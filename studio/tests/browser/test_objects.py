@@ -57,6 +57,24 @@ def test_tracks_are_made_corrected_and_taken_home(
     assert (tmp_path / "page.csv").read_bytes() == repeated(command, files, films, tmp_path)
 
 
+def test_what_a_tracker_sees_is_asked_for_where_its_object_is(shown: Shown) -> None:
+    asked: list[str] = []
+    shown.page.on("request", lambda request: asked.append(request.url.rpartition("/")[2]))
+    shown.open()
+    shown.draw()
+    shown.track()
+    shown.go(20)
+    shown.page.keyboard.press("s")
+    shown.until("s.session.objects.length === 2")
+    shown.settle()
+    shown.state("app.store.set({ selected: 2 })")
+    shown.go(5)
+    shown.page.evaluate("new Promise((done) => setTimeout(done, 300))")  # it asks after a pause
+    shown.go(25)
+    shown.until("s.looked?.object === 2 && s.looked.frame === 25")
+    assert "5?object=2" not in asked
+
+
 def test_marks_and_identities_change_and_are_taken_back(shown: Shown) -> None:
     shown.open()
     shown.draw()
