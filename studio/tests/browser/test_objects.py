@@ -75,6 +75,18 @@ def test_what_a_tracker_sees_is_asked_for_where_its_object_is(shown: Shown) -> N
     assert "5?object=2" not in asked
 
 
+def test_doubtful_frames_are_those_after_a_correction(shown: Shown) -> None:
+    shown.open()
+    shown.draw()
+    shown.track()
+    doubt = "{ frame: 5, gain: 9, reasons: ['lost'] }"
+    shown.state(f"app.store.set({{ doubts: new Map([[1, [{doubt}]]]) }})")
+    shown.go(20)
+    shown.page.keyboard.press("k")
+    shown.until("s.session.objects[0].keyframes.length === 2")
+    shown.until("!s.doubts.get(1).some(({ gain }) => gain === 9)")
+
+
 def test_marks_and_identities_change_and_are_taken_back(shown: Shown) -> None:
     shown.open()
     shown.draw()

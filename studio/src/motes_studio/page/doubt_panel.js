@@ -1,7 +1,7 @@
 // The doubtful frames of the chosen object, the first to correct first.
 
 import { button, element, fillAnew } from "./dom.js";
-import { selectedItem, clock } from "./derived.js";
+import { clock, runningJobs, selectedItem } from "./derived.js";
 
 export function mountDoubtPanel({ store, actions }) {
   const list = element("ol", { class: "doubts" });
@@ -18,6 +18,14 @@ export function mountDoubtPanel({ store, actions }) {
     empty.hidden = !empty.textContent;
     const entries = () => (items ?? []).map((doubt) => entry(doubt, state, actions));
     fillAnew(list, [items, state.frame, state.film?.fps], entries);
+  });
+  let listed = null;
+  store.on(["session", "jobs"], (state) => { // what was corrected is tracked again: other frames are in doubt
+    const { session, selected, doubts } = state;
+    const now = session && [session.id, selected, session.revision].join();
+    if (now === listed || !doubts.has(selected) || runningJobs(state).length) return;
+    listed = now;
+    actions.findDoubts();
   });
   return panel;
 }
