@@ -16,12 +16,13 @@ import pyarrow.parquet
 import pytest
 from PIL import Image
 
-from clips import write_pictures
+from clips import clip, write_pictures
 from motes import Ellipse, SourceError, Status, Track
 from motes.cli import main
 from motes.formats import registry
 from motes.rows import FrameRow, Header
-from motes_studio import exports, messages
+from motes.video import Film, Seeker
+from motes_studio import exports, messages, pictures
 from motes_studio.command import networks_of
 from motes_studio.safety import Limits
 from motes_studio.scenes import ScenePart
@@ -435,6 +436,15 @@ def test_pictures(client: httpx.Client, session: str) -> None:
     assert beyond.status_code == 400
     assert str(FRAMES - 1) in beyond.json()["error"]
     assert client.get(f"/api/sessions/{session}/strip?count=5").status_code == 200
+
+
+def test_a_short_film_has_thumbnails_of_its_own_frames(tmp_path: Path) -> None:
+    """It may have one key picture, which stood in the whole strip."""
+    film = Film.quickly(clip(tmp_path / "film.mp4", 30))
+    place: Any = SimpleNamespace(film=film, seeker=Seeker(film))
+    strip = Image.open(io.BytesIO(pictures.strip(place, 3, 48)))
+    first, _, last = np.array_split(np.asarray(strip, np.float64), 3, axis=1)
+    assert np.abs(first - last).mean() > 20
 
 
 def test_what_is_not_tracked_to_its_end_is_said_or_left_out(

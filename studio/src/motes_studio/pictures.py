@@ -15,6 +15,8 @@ QUALITY = 85
 WIDEST = 3840
 THUMBNAILS = 200
 """Most thumbnails of a strip."""
+SHORT = 2e8
+"""Pixels of all pictures of a film that are decoded soon, as it may have one key picture alone."""
 
 
 def picture(place: Workplace, index: int, width: int) -> bytes:
@@ -24,10 +26,11 @@ def picture(place: Workplace, index: int, width: int) -> bytes:
 
 
 def strip(place: Workplace, count: int, height: int) -> bytes:
-    """Return thumbnails side by side: of the key pictures nearest to equal steps."""
+    """Return thumbnails side by side, at equal steps; of a long film, the nearest key pictures."""
     film = place.film
     count, height = max(1, min(count, THUMBNAILS)), max(16, min(height, 200))
-    last, keys = len(film.times) - 1, np.array(film.keys or film.frames)
+    last, long = len(film.times) - 1, film.width * film.height * len(film.times) > SHORT
+    keys = np.array((long and film.keys) or film.frames)
     width = max(1, round(height * film.width / film.height))
     out = Image.new("RGB", (width * count, height))
     for at, wanted in enumerate(np.linspace(0, last, count)):
