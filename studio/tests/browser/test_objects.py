@@ -158,6 +158,20 @@ def test_a_slow_network_loses_pictures_but_no_rows(shown: Shown) -> None:
     shown.until("s.pictured === s.frame")
 
 
+def test_a_film_is_seen_while_it_plays_over_a_slow_network(shown: Shown) -> None:
+    shown.open()
+    network = shown.context.new_cdp_session(shown.page)
+    network.send("Network.enable")
+    slow = {"latency": 600, "downloadThroughput": -1, "uploadThroughput": -1}
+    network.send("Network.emulateNetworkConditions", {"offline": False, **slow})
+    shown.page.evaluate(
+        f"{START} {{ window.seen = []; app.store.on(['picture'], ({{ playing, pictured }}) => "
+        "playing && window.seen.push(pictured)); app.store.set({ speed: 0.5, playing: true }); })"
+    )
+    shown.until(f"!s.playing && s.pictured === {FRAMES - 1}")
+    assert len({*shown.page.evaluate("window.seen")} - {0, 1}) > 2
+
+
 def test_drawing_needs_no_pointer(shown: Shown) -> None:
     page = shown.page
     shown.film().focus()

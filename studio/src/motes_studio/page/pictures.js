@@ -35,6 +35,11 @@ export class Pictures {
     return this.#running.size;
   }
 
+  /** Whether a picture may be asked for without that of another frame giving way. */
+  takes(frame) {
+    return this.#kept.has(frame) || this.#running.has(frame) || this.#running.size < AT_ONCE;
+  }
+
   /** Return the picture of a frame if it is here, else null. */
   get(frame) {
     const picture = this.#kept.get(frame);

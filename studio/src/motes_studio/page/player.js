@@ -69,11 +69,14 @@ export class Player {
     if (!playing || !film) return;
     const seconds = (performance.now() - this.#started.at) / 1000;
     const due = Math.min(film.frames - 1, this.#started.frame + Math.floor(seconds * film.fps * speed));
-    for (let ahead = 1; ahead <= 3; ahead += 1) {
-      if (due + ahead < film.frames) this.pictures.want(due + ahead, { urgent: false }).catch(() => {});
+    const ended = due >= film.frames - 1;
+    if (ended || this.pictures.takes(due)) { // else those on their way come first: over a slow network none would
+      for (let ahead = 0; ahead <= 3; ahead += 1) {
+        if (due + ahead < film.frames) this.pictures.want(due + ahead, { urgent: false }).catch(() => {});
+      }
+      this.show(due);
     }
-    if (due !== this.store.state.frame) this.show(due);
-    if (due >= film.frames - 1) this.store.set({ playing: false });
+    if (ended) this.store.set({ playing: false });
     else this.#handle = requestAnimationFrame(() => this.#tick());
   }
 
