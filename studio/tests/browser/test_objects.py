@@ -80,7 +80,9 @@ def test_doubtful_frames_are_those_after_a_correction(shown: Shown) -> None:
     shown.draw()
     shown.track()
     doubt = "{ frame: 5, gain: 9, reasons: ['lost'] }"
-    shown.state(f"app.store.set({{ doubts: new Map([[1, [{doubt}]]]) }})")
+    shown.state("s.rows.get(1)[5].time = 65")  # as in a film whose rate varies
+    shown.state(f"app.store.set({{ doubts: new Map([[1, [{doubt}]]]), tab: 'doubts' }})")
+    shown.page.locator(".doubt").get_by_text("1:05").wait_for()
     shown.go(20)
     shown.page.keyboard.press("k")
     shown.until("s.session.objects[0].keyframes.length === 2")

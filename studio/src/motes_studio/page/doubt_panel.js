@@ -1,7 +1,7 @@
 // The doubtful frames of the chosen object, the first to correct first.
 
 import { button, element, fillAnew } from "./dom.js";
-import { clock, runningJobs, selectedItem } from "./derived.js";
+import { clock, rowOf, runningJobs, selectedItem } from "./derived.js";
 
 export function mountDoubtPanel({ store, actions }) {
   const list = element("ol", { class: "doubts" });
@@ -30,12 +30,13 @@ export function mountDoubtPanel({ store, actions }) {
   return panel;
 }
 
-function entry(doubt, { film, frame }, actions) {
+function entry(doubt, state, actions) {
+  const { film, frame, selected } = state;
   const { frame: at, gain, reasons } = doubt;
   return element("li", {},
     element("button", { type: "button", class: "doubt", "aria-current": at === frame ? "true" : null, onclick: () => actions.goToDoubt(doubt) },
       element("span", { class: "at" }, `Frame ${at}`),
-      element("span", { class: "muted" }, clock(at / film.fps)),
+      element("span", { class: "muted" }, clock(rowOf(state, selected, at)?.time ?? at / film.fps)),
       element("span", { class: "gain" }, `${gain.toFixed(1)} frames`),
       element("span", { class: "why muted" }, reasons.join(", "))));
 }
