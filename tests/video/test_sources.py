@@ -417,7 +417,10 @@ def test_every_kind_of_image_becomes_rgb(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("kind", ["deep.tif", "folder", "film.mkv"])
 def test_the_bits_that_a_film_of_16_uses_are_found_once_and_said(tmp_path: Path, kind: str) -> None:
-    """Cameras of 10 to 12 bits are not read by their high byte, nor by a dark first picture."""
+    """Cameras of 10 to 12 bits are not read by their high byte, nor by a dark first picture.
+
+    The bits are found though the title is no UTF-8.
+    """
     shades = np.arange(48 * 64, dtype=np.uint16).reshape(48, 64)
     pages = [np.zeros_like(shades), *[shades] * 7, shades * 4]
     source = tmp_path / kind
@@ -430,6 +433,7 @@ def test_the_bits_that_a_film_of_16_uses_are_found_once_and_said(tmp_path: Path,
             Image.fromarray(page).save(source / f"{number}.png")
     else:
         with av.open(str(source), "w") as container:
+            container.metadata["title"] = "Zoe"
             stream = container.add_stream("ffv1", rate=25)
             stream.width, stream.height, stream.pix_fmt = 64, 48, "gray16le"
             for number, page in enumerate(pages[:-1]):
@@ -437,6 +441,7 @@ def test_the_bits_that_a_film_of_16_uses_are_found_once_and_said(tmp_path: Path,
                 frame.pts, frame.time_base = number, Fraction(1, 25)
                 container.mux(stream.encode(frame))
             container.mux(stream.encode(None))
+        source.write_bytes(source.read_bytes().replace(b"Zoe", b"Zo\xeb"))
     bits = 14 if kind == "deep.tif" else 12
     with open_source(source) as opened:
         frames = list(opened)

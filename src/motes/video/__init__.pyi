@@ -1,5 +1,6 @@
 """The public names of this package."""
 
+from .decoder import TITLE_OPTIONS as TITLE_OPTIONS
 from .film import (
     DamagedError as DamagedError,
     Film as Film,

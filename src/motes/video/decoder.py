@@ -55,7 +55,7 @@ LIVE_FORMATS = ("hls", "mpjpeg", "rtsp")
 ONE_THREAD = 1
 """To start threads for each picture takes longer than they save."""
 # A title may be in any encoding; PyAV 19 accepts that by itself.
-_TITLE_OPTIONS: dict[str, Any] = (
+TITLE_OPTIONS: dict[str, Any] = (
     {"metadata_errors": "replace"} if int(av.__version__.split(".")[0]) < 19 else {}
 )
 
@@ -109,7 +109,8 @@ class Decoder(Reader):
         self._untimed = remote and kind == "mpjpeg"
         self._camera = format_name is not None or kind in LIVE_FORMATS
         self._in_pieces = kind == "hls"  # of some seconds each, which arrive at once
-        self._unknown_length = remote and self._container.size <= 0
+        size: int | None = self._container.size  # PyAV 19 has None, others a number below one
+        self._unknown_length = remote and (size is None or size <= 0)
         self._read_error: av.FFmpegError | None = None
         self.fps = None if self._untimed else _rate(self._stream)
         # Without a start time there are no time stamps, and FFmpeg guesses the duration from the
@@ -133,7 +134,7 @@ class Decoder(Reader):
             format=format_name,
             options=options,
             timeout=(OPEN_TIMEOUT, READ_TIMEOUT) if self._remote else None,
-            **_TITLE_OPTIONS,
+            **TITLE_OPTIONS,
         )
         try:
             container = opening() if self._pipe is None else self._pipe.in_thread(opening)
@@ -376,7 +377,7 @@ class Decoder(Reader):
             return 0
         found = 0
         number = self._container.streams.video.index(self._stream)
-        with contextlib.suppress(av.FFmpegError), av.open(self._address) as film:
+        with contextlib.suppress(av.FFmpegError), av.open(self._address, **TITLE_OPTIONS) as film:
             for place in np.linspace(0, film.duration or 0, DEPTH_SAMPLES, endpoint=False).tolist():
                 film.seek(round(place))
                 reached = None

@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 from motes import ConfigError, MotesError, SourceError
-from motes.video import IMAGE_ENDINGS
+from motes.video import IMAGE_ENDINGS, TITLE_OPTIONS
 from motes_studio.safety import Limits
 
 FORMATS = (
@@ -56,7 +56,7 @@ def _check_video(path: str, name: str, limits: Limits) -> None:
 
     options = {"format_whitelist": FORMATS, "protocol_whitelist": "file"}
     try:
-        with av.open(f"file:{path}", options=options, metadata_errors="replace") as container:
+        with av.open(f"file:{path}", options=options, **TITLE_OPTIONS) as container:
             for stream in container.streams.video:
                 size = stream.codec_context.width, stream.codec_context.height
                 check_limits(name, *size, stream.frames, limits)
