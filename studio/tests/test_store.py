@@ -4,6 +4,7 @@ import os
 import signal
 import sqlite3
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -119,15 +120,29 @@ def test_a_full_disk_ends_a_job_with_a_message(
         page.tracked(number)
 
 
-def test_a_store_that_cannot_be_used_is_one_line(tmp_path: Path) -> None:
+def test_a_store_that_cannot_be_used_is_one_line_and_closed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened: list[sqlite3.Connection] = []
+    connect = sqlite3.connect
+
+    def noted(*given: Any, **more: Any) -> sqlite3.Connection:
+        opened.append(connect(*given, **more))
+        return opened[-1]
+
     (tmp_path / "studio.sqlite").write_bytes(b"this is no base of data" * 100)
-    with pytest.raises(FormatError, match="cannot be used"):
-        Store(tmp_path / "studio.sqlite")
     with sqlite3.connect(tmp_path / "new.sqlite") as base:
         base.execute("PRAGMA user_version=99")
     base.close()
+    monkeypatch.setattr(sqlite3, "connect", noted)
+    with pytest.raises(FormatError, match="cannot be used"):
+        Store(tmp_path / "studio.sqlite")
     with pytest.raises(FormatError, match="another version"):
         Store(tmp_path / "new.sqlite")
+    assert len(opened) == 2
+    for each in opened:
+        with pytest.raises(sqlite3.ProgrammingError, match="closed"):
+            each.cursor()
     if os.geteuid():
         (tmp_path / "closed").mkdir(mode=0o500)
         with pytest.raises(FormatError):

@@ -55,14 +55,18 @@ class Store:
             self._base = sqlite3.connect(
                 path, isolation_level=None, timeout=10, check_same_thread=False
             )
-            self._base.execute("PRAGMA journal_mode=WAL")
-            self._base.execute("PRAGMA synchronous=NORMAL")
-            self._base.execute("PRAGMA foreign_keys=ON")
-            version = self._base.execute("PRAGMA user_version").fetchone()[0]
-            if version not in (0, VERSION):
-                raise FormatError(f"{path} is of another version of motes; move it away.")
-            self._base.executescript(SCHEMA)
-            self._base.execute(f"PRAGMA user_version={VERSION}")
+            try:
+                self._base.execute("PRAGMA journal_mode=WAL")
+                self._base.execute("PRAGMA synchronous=NORMAL")
+                self._base.execute("PRAGMA foreign_keys=ON")
+                version = self._base.execute("PRAGMA user_version").fetchone()[0]
+                if version not in (0, VERSION):
+                    raise FormatError(f"{path} is of another version of motes; move it away.")
+                self._base.executescript(SCHEMA)
+                self._base.execute(f"PRAGMA user_version={VERSION}")
+            except BaseException:
+                self._base.close()
+                raise
 
     def close(self) -> None:
         """Close the file."""
