@@ -224,7 +224,7 @@ def _entries_of_folder(folder: Path, listed: bool = False) -> list[_Entry]:
             if listed or _image_files(_frames_folder(folder)) or not any(folder.iterdir())
             else []
         )
-    except OSError:  # loading raises it again and reports it
+    except (OSError, ValueError):  # as of a name with a NUL; loading raises or refuses it again
         return bare
 
 
