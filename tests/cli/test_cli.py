@@ -455,13 +455,15 @@ def test_doctor(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
     load = importlib.import_module
     for missing, expected, said in (
         ("dlib", 0, "pip install 'motes[faces]'"),
+        ("cv2", 1, "PROBLEM: it is installed, but its import fails (ImportError: no cv2): install"),
         ("av", 1, "PROBLEM: no av; install motes anew"),
         ("scipy", 1, "PROBLEM: no scipy; install motes anew"),
     ):
 
         def load_or_fail(name: str, missing: str = missing) -> Any:
             if name == missing:
-                raise ImportError(f"no {name}")
+                kind = ModuleNotFoundError if name == "dlib" else ImportError
+                raise kind(f"no {name}", name=name)
             return load(name)
 
         monkeypatch.setattr(importlib, "import_module", load_or_fail)

@@ -17,7 +17,8 @@ from motes.core.geometry import Box, iou
 from motes.mot.detection.background import BackgroundConfig, BackgroundDetector
 from motes.mot.detection.custom import CustomDetector
 from motes.mot.detection.lookalike import LookalikeDetector
-from motes.mot.detection.pretrained import FacesConfig
+from motes.mot.detection.morphology import eroded, opencv
+from motes.mot.detection.pretrained import FacesConfig, PeopleConfig
 from motes.mot.scene_config import named_detector
 from oracles import sequence
 
@@ -49,6 +50,27 @@ def test_without_dlib_the_remedy_is_named(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setitem(sys.modules, "dlib", None)
     with pytest.raises(MissingDependencyError, match=r"pip install 'motes\[faces\]'"):
         FacesConfig().detector()
+
+
+def test_a_broken_opencv_is_said_once_and_not_used(
+    here: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """As one with windows where no OpenGL is, or one for another numpy."""
+    broken = "its import fails (ImportError: libGL.so.1: cannot open): install it anew, or what"
+    (here / "cv2.py").write_text("raise ImportError('libGL.so.1: cannot\\nopen')")
+    monkeypatch.syspath_prepend(here)
+    monkeypatch.setitem(sys.modules, "cv2", None)  # to be put back as it was
+    del sys.modules["cv2"]
+    opencv.cache_clear()
+    try:
+        for _ in range(2):
+            assert eroded(np.eye(3, dtype=np.uint8), (3, 3)).max() == 0
+    finally:
+        opencv.cache_clear()
+    assert [broken in line for line in caplog.messages] == [True]
+    with pytest.raises(MissingDependencyError) as error:
+        PeopleConfig().detector()
+    assert broken in str(error.value)
 
 
 @pytest.mark.slow

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 from motes import __version__
 from motes.cli.exit_codes import DONE, FAULT
+from motes.core.callables import BROKEN, explain, is_missing
 
 CORE = ("numpy", "scipy", "PIL", "msgspec", "rich")
 OPTIONAL = {
@@ -43,7 +44,7 @@ class Finding(NamedTuple):
 def doctor() -> int:
     """Check the installation: versions, codecs, compiled kernels, cores.
 
-    The exit code is 0 if all required parts work, else 1.
+    The exit code is 0 if all parts work that are required or installed, else 1.
     """
     healthy = True
     for what, found, good in findings():
@@ -62,20 +63,21 @@ def findings() -> Iterator[Finding]:
         yield _module(name)
     yield from _video()
     for name, extra in OPTIONAL.items():
-        finding = _module(name)
-        if not finding.good:
-            found = f"not installed (optional): pip install 'motes[{extra}]'"
-            finding = Finding(name, found)
-        yield finding
+        yield _module(name, extra)
     yield from _networks()
     yield from _opencv_wheels()
 
 
-def _module(name: str) -> Finding:
+def _module(name: str, extra: str | None = None) -> Finding:
+    """Look for a module, which an extra installs or motes itself."""
     try:
         module = importlib.import_module(name)
     except Exception as error:  # an import may raise anything
-        return Finding(name, f"{error}; install motes anew", good=False)
+        if extra is None:
+            return Finding(name, f"{error}; install motes anew", good=False)
+        if is_missing(error, name):
+            return Finding(name, f"not installed (optional): pip install 'motes[{extra}]'")
+        return Finding(name, BROKEN.format(explain(error)), good=False)
     return Finding(name, str(getattr(module, "__version__", "installed")))
 
 

@@ -12,6 +12,8 @@ from typing import Any, cast
 
 from motes.core.errors import ConfigError, MissingDependencyError, MotesError
 
+BROKEN = "it is installed, but its import fails ({}): install it anew, or what it lacks"
+
 
 def import_callable(name: str) -> Callable[..., Any]:
     """Return the callable with a name `module:callable`, also from the current folder.
@@ -47,7 +49,14 @@ def optional(module: str, need: str, package: str) -> Any:
     """
     try:
         return importlib.import_module(module)
-    except ImportError:
-        raise MissingDependencyError(
-            f"{need}; install it with: pip install {shlex.quote(package)}."
-        ) from None
+    except ImportError as error:
+        if is_missing(error, module):
+            remedy = f"install it with: pip install {shlex.quote(package)}"
+        else:
+            remedy = BROKEN.format(explain(error))
+        raise MissingDependencyError(f"{need}; {remedy}.") from None
+
+
+def is_missing(error: Exception, module: str) -> bool:
+    """Return whether an import failed as a package is not installed; else it is broken."""
+    return isinstance(error, ModuleNotFoundError) and f"{module}.".startswith(f"{error.name}.")

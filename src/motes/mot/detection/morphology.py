@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
+import importlib
+from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motes import kernels
+from motes.core.callables import BROKEN, explain, is_missing
+from motes.core.log import LOG
 from motes.core.types import Bytes
 
 
+@cache
 def opencv() -> Any:
-    """Return OpenCV, or None where it is not installed."""
+    """Return OpenCV, or None where it is not installed; a broken one is said, and not used."""
     try:
-        import cv2
-    except ImportError:
+        return importlib.import_module("cv2")
+    except ImportError as error:
+        if not is_missing(error, "cv2"):
+            LOG.warning("OpenCV is not used; %s.", BROKEN.format(explain(error)))
         return None
-    return cv2
 
 
 def opened(mask: Bytes, size: int) -> Bytes:
