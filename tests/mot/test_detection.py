@@ -17,7 +17,7 @@ from motes.core.geometry import Box, iou
 from motes.mot.detection.background import BackgroundConfig, BackgroundDetector
 from motes.mot.detection.custom import CustomDetector
 from motes.mot.detection.lookalike import LookalikeDetector
-from motes.mot.detection.morphology import eroded, opencv
+from motes.mot.detection.morphology import _opencv, eroded
 from motes.mot.detection.pretrained import FacesConfig, PeopleConfig
 from motes.mot.scene_config import named_detector
 from oracles import sequence
@@ -52,7 +52,7 @@ def test_without_dlib_the_remedy_is_named(monkeypatch: pytest.MonkeyPatch) -> No
         FacesConfig().detector()
 
 
-def test_a_broken_opencv_is_said_once_and_not_used(
+def test_a_broken_opencv_is_said_and_not_used(
     here: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     """As one with windows where no OpenGL is, or one for another numpy."""
@@ -61,12 +61,14 @@ def test_a_broken_opencv_is_said_once_and_not_used(
     monkeypatch.syspath_prepend(here)
     monkeypatch.setitem(sys.modules, "cv2", None)  # to be put back as it was
     del sys.modules["cv2"]
-    opencv.cache_clear()
+    _opencv.cache_clear()
     try:
-        for _ in range(2):
+        scene = Scene(BackgroundDetector())
+        for index in range(2):
             assert eroded(np.eye(3, dtype=np.uint8), (3, 3)).max() == 0
+            scene.update(Frame(index, index / 25, EMPTY.pixels))
     finally:
-        opencv.cache_clear()
+        _opencv.cache_clear()
     assert [broken in line for line in caplog.messages] == [True]
     with pytest.raises(MissingDependencyError) as error:
         PeopleConfig().detector()

@@ -36,6 +36,7 @@ from motes.mot.detection.illumination import (
     without_light,
     without_tremble,
 )
+from motes.mot.detection.morphology import opencv_warnings
 from motes.mot.detection.planes import Planes, planes_of
 from motes.mot.detection.reference_image import ReferenceImage
 from motes.mot.detection.sway import FARTHEST, LASTS, STEP, Sway, moved, unseen
@@ -134,8 +135,8 @@ class BackgroundDetector:
     Attributes
     ----------
     warnings
-        Warnings about the picture by kind, each once: a moving camera, a change of light, too many
-        objects, or most of them too small.
+        Warnings by kind, each once: a moving camera, a change of light, too many objects, or most
+        of them too small; an OpenCV that is broken.
     """
 
     def __init__(self, config: BackgroundConfig = BackgroundConfig()) -> None:  # noqa: B008
@@ -146,7 +147,7 @@ class BackgroundDetector:
         self._shape: tuple[int, ...] | None = None
         self._flooded = self._rest = self._frames = self._small = 0
         self._moved: Sequence[Box] = ()
-        self.warnings: dict[str, str] = {}
+        self.warnings = opencv_warnings()
 
     def prepare(self, frames: Iterable[Frame]) -> None:
         """Take the usual colors of a film's first `preview` seconds as the background.

@@ -11,19 +11,26 @@ from numpy.typing import NDArray
 
 from motes import kernels
 from motes.core.callables import BROKEN, explain, is_missing
-from motes.core.log import LOG
 from motes.core.types import Bytes
 
 
-@cache
 def opencv() -> Any:
-    """Return OpenCV, or None where it is not installed; a broken one is said, and not used."""
+    """Return OpenCV, or None where it is not installed, or broken."""
+    return _opencv()[0]
+
+
+def opencv_warnings() -> dict[str, str]:
+    """Return the warning that OpenCV is broken and not used, if it is so, by its kind."""
+    return dict(_opencv()[1])
+
+
+@cache
+def _opencv() -> tuple[Any, dict[str, str]]:
     try:
-        return importlib.import_module("cv2")
+        return importlib.import_module("cv2"), {}
     except ImportError as error:
-        if not is_missing(error, "cv2"):
-            LOG.warning("OpenCV is not used; %s.", BROKEN.format(explain(error)))
-        return None
+        text = f"OpenCV is not used; {BROKEN.format(explain(error))}."
+        return None, {} if is_missing(error, "cv2") else {"opencv": text}
 
 
 def opened(mask: Bytes, size: int) -> Bytes:

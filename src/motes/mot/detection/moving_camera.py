@@ -16,7 +16,7 @@ from motes.mot.detection.background import LIMIT, BackgroundConfig, BackgroundDe
 from motes.mot.detection.blobs import blobs
 from motes.mot.detection.global_motion import NO_BOXES, GlobalMotion
 from motes.mot.detection.lookalike import LookalikeDetector
-from motes.mot.detection.morphology import opencv
+from motes.mot.detection.morphology import opencv, opencv_warnings
 from motes.mot.detection.panned_background import PannedBackground
 from motes.mot.overlaps import as_rows
 
@@ -64,7 +64,7 @@ class MovingCamera:
     @property
     def warnings(self) -> Mapping[str, str]:
         """The detector's warnings, and that nobody sees whether the camera moves."""
-        unseen = {} if self._camera is not None else {"unseen": UNSEEN}
+        unseen = {} if self._camera is not None else {"unseen": UNSEEN, **opencv_warnings()}
         return {**getattr(self._detector, "warnings", {}), **unseen}
 
     def __call__(self, frame: Frame) -> list[Detection]:
