@@ -3,6 +3,7 @@
 import os
 import signal
 import sqlite3
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import pytest
 
 from motes import FormatError
 from motes_studio.document import Document
-from motes_studio.store import Store
+from motes_studio.store import Store, data_folder
 from studios import BOX, Program, begin, film, looking, running
 from waiting import PATIENCE
 
@@ -118,6 +119,14 @@ def test_a_full_disk_ends_a_job_with_a_message(
         assert page.jobs[job].error == "there is no room"
         page.until(lambda: not page.item(number).tracked)  # so it is not offered for export
         page.tracked(number)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only there the variable is read")
+def test_data_have_a_folder_without_a_home(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pwd.getpwuid", {}.__getitem__)
+    monkeypatch.delenv("HOME", raising=False)
+    monkeypatch.setenv("XDG_DATA_HOME", "/data")
+    assert data_folder() == Path("/data/motes")
 
 
 def test_a_store_that_cannot_be_used_is_one_line_and_closed(

@@ -10,6 +10,7 @@ import pytest
 from clips import write_film
 from commands import Tell
 from motes import synthetic
+from motes.cli import main
 from motes.cli.exit_codes import NO_MEMORY
 from motes.cli.explain import explain
 
@@ -123,6 +124,24 @@ def test_closed_streams(line: str, code: int, lines: int) -> None:
 )
 def test_a_lack_of_memory_is_no_defect(error: Exception) -> None:
     assert explain(error, "motes") == (NO_MEMORY, 2)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has users otherwise")
+def test_who_has_no_home_is_told_what_to_do(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As in a container, of a user whom the system does not know."""
+    monkeypatch.setattr("pwd.getpwuid", {}.__getitem__)
+    for name in ("HOME", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    said = "You have no home folder here; name one in the environment variable HOME."
+    assert main(["network", "list"]) == 2
+    assert capsys.readouterr().err == f"motes: error: {said}\n"
+    assert main(["doctor"]) == 0
+    assert f"not downloaded (optional): {said}" in capsys.readouterr().out
+    if sys.platform != "darwin":
+        monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+        assert main(["network", "list"]) == 0
 
 
 @pytest.mark.slow

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 from motes import __version__
 from motes.cli.exit_codes import DONE, FAULT
+from motes.cli.explain import NO_HOME
 from motes.core.callables import BROKEN, explain, is_missing
 
 CORE = ("numpy", "scipy", "PIL", "msgspec", "rich")
@@ -113,7 +114,12 @@ def _networks() -> Iterator[Finding]:
     from motes.sot.network.published import PUBLISHED, folder_of, is_whole
 
     for name in PUBLISHED:
-        folder, advice = folder_of(name), f"motes network get {name}"
+        advice = f"motes network get {name}"
+        try:
+            folder = folder_of(name)
+        except RuntimeError:
+            yield Finding(name, f"not downloaded (optional): {NO_HOME}")
+            continue
         if not folder.exists():
             yield Finding(name, f"not downloaded (optional): {advice}")
         elif is_whole(name):

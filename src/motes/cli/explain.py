@@ -26,6 +26,8 @@ CODES: dict[type[MotesError], int] = {
 LACKS = "can't start new thread", "failed to map segment", "cannot allocate memory"
 """Signs in an error that a thread, a library or the system is out of memory."""
 
+NO_HOME = "You have no home folder here; name one in the environment variable HOME."
+
 
 def explain(error: Exception, program: str) -> tuple[str, int]:
     """Return the message for an error of a program, and its exit code."""
@@ -39,6 +41,8 @@ def explain(error: Exception, program: str) -> tuple[str, int]:
         return NO_MEMORY, USAGE
     if isinstance(error, OSError) and error.errno in (errno.EMFILE, errno.ENFILE):
         return "No more files can be opened; raise the limit (ulimit -n), or ask for less.", USAGE
+    if isinstance(error, RuntimeError) and "determine home directory" in str(error):
+        return NO_HOME, USAGE
     if isinstance(error, OSError):
         where = f"{error.filename}: " if error.filename else ""
         return f"{where}{error.strerror or error}; make it possible and try again.", UNWRITABLE

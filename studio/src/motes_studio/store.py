@@ -251,12 +251,14 @@ def _now() -> str:
 
 
 def data_folder() -> Path:
-    """Return the user's folder for data of motes, where the system wants it."""
-    home = Path.home()
+    """Return the user's folder for data of motes, where the system wants it.
+
+    Raises a RuntimeError if the user has no home folder, as in some containers.
+    """
     if sys.platform == "win32":
-        folder = Path(os.environ.get("LOCALAPPDATA", home / "AppData" / "Local"))
+        folder = Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
     elif sys.platform == "darwin":
-        folder = home / "Library" / "Application Support"
+        folder = Path.home() / "Library" / "Application Support"
     else:
-        folder = Path(os.environ.get("XDG_DATA_HOME") or home / ".local" / "share")
+        folder = Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share")
     return folder / "motes"

@@ -97,14 +97,16 @@ def published(name: str) -> PublishedNetwork:
 
 
 def folder_of(name: str) -> Path:
-    """Return where a network's files are kept: in the user's folder for caches."""
-    home = Path.home()
+    """Return where a network's files are kept: in the user's folder for caches.
+
+    Raises a RuntimeError if the user has no home folder, as in some containers.
+    """
     if sys.platform == "win32":
-        caches = Path(os.environ.get("LOCALAPPDATA") or home / "AppData" / "Local")
+        caches = Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
     elif sys.platform == "darwin":
-        caches = home / "Library" / "Caches"
+        caches = Path.home() / "Library" / "Caches"
     else:
-        caches = Path(os.environ.get("XDG_CACHE_HOME") or home / ".cache")
+        caches = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     return caches / "motes" / "networks" / name
 
 
