@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import msgspec
+from msgspec.structs import replace
 
 from motes import ConfigError, Event, EventCounter, Regions, Scene, Track
 from motes.core import from_toml
@@ -61,8 +62,7 @@ def scene_parts(film: Film, config: WatchConfig, places: Regions, seed: int) -> 
     def part(rows: list[FrameRow], events: list[Event]) -> ScenePart:
         fields = [event.fields() for event in events]
         here = scene.created - scene.terminated
-        unplaced = motion.note if motion else None
-        said = " ".join(filter(None, [*scene.warnings.values(), unplaced]))
+        said = " ".join(filter(None, [*scene.warnings.values(), motion.note if motion else ""]))
         found = [row.to_dict() for row in rows]
         return ScenePart(found, fields, here, dict(counter.totals), said or None)
 
@@ -74,13 +74,10 @@ def scene_parts(film: Film, config: WatchConfig, places: Regions, seed: int) -> 
 
 
 def joined(parts: list[ScenePart]) -> ScenePart:
-    """Return parts as one."""
-    return ScenePart(
-        [row for part in parts for row in part.frames],
-        [event for part in parts for event in part.events],
-        parts[-1].objects,
-        parts[-1].totals,
-        parts[-1].note,
+    """Return parts as one; all but frames and events is that of the last."""
+    frames = [row for part in parts for row in part.frames]
+    return replace(
+        parts[-1], frames=frames, events=[each for part in parts for each in part.events]
     )
 
 

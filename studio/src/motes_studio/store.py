@@ -56,9 +56,8 @@ class Store:
                 path, isolation_level=None, timeout=10, check_same_thread=False
             )
             try:
-                self._base.execute("PRAGMA journal_mode=WAL")
-                self._base.execute("PRAGMA synchronous=NORMAL")
-                self._base.execute("PRAGMA foreign_keys=ON")
+                for kept in ("journal_mode=WAL", "synchronous=NORMAL", "foreign_keys=ON"):
+                    self._base.execute(f"PRAGMA {kept}")
                 version = self._base.execute("PRAGMA user_version").fetchone()[0]
                 if version not in (0, VERSION):
                     raise FormatError(f"{path} is of another version of motes; move it away.")
