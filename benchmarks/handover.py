@@ -1,6 +1,6 @@
 """How many reports a second cameras may send, and how long one takes, as cameras become more.
 
-    python benchmarks/handover.py
+    PYTHONPATH=fleet/tests python benchmarks/handover.py
 
 Cameras are simulated: rooms in a grid, each the neighbor of the rooms beside it, and people who
 walk through. Rates are those of one core: seconds of the processor that updates and arrivals take.

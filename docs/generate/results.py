@@ -14,10 +14,10 @@ beginning of the titles of the tables that are shown. The commands that make it 
     <!-- end campus -->
 
 Rows of tables with the same columns are put together. A command is one of motes-lab, or Python that
-prints its tables: a script of benchmarks/, or a module of tests/ (`PYTHONPATH=tests python ...`).
-It names folders of data in capitals (`FOLDERS`). What it writes is kept in results/, so that a run
-that was stopped goes on where it was, with the minutes that it took; remove results/ to measure
-again. A command of several tables runs once.
+prints its tables: a script of benchmarks/, or a module of a folder of tests (`PYTHONPATH=tests
+python ...`). It names folders of data in capitals (`FOLDERS`). What it writes is kept in results/,
+so that a run that was stopped goes on where it was, with the minutes that it took; remove results/
+to measure again. A command of several tables runs once.
 """
 
 from __future__ import annotations
@@ -54,8 +54,8 @@ FOLDERS = {
 """Names of folders and files in commands, and where they are in `DATA`."""
 RESUMED = "evaluate"
 """The command that goes on by itself where it was stopped."""
-TESTS = "PYTHONPATH=tests "
-"""How a command begins that needs the modules of tests/."""
+MODULES = re.compile(r"PYTHONPATH=(\S+) ")
+"""How a command begins that needs the modules of a folder of tests."""
 SCRIPT = "python "
 """How a command goes on that prints its tables; all others are those of motes-lab."""
 BLOCK = re.compile(
@@ -137,7 +137,7 @@ def together(tables: Iterable[Written]) -> list[Written]:
 
 def arguments(command: str) -> list[str]:
     """Return a command without its first word, with the folders in place of their names."""
-    _, *given = shlex.split(command.removeprefix(TESTS))
+    _, *given = shlex.split(MODULES.sub("", command))
     names = "|".join(FOLDERS)
     return [
         re.sub(rf"(?<![^=,])({names})(?=[/,]|$)", lambda name: str(DATA / FOLDERS[name[0]]), each)
@@ -147,15 +147,15 @@ def arguments(command: str) -> list[str]:
 
 def folder_name(command: str) -> str:
     """Return the name of the folder of a command's results."""
-    name = "-".join(re.findall(r"[\w-]+", command.removeprefix(TESTS))[1:3])
+    name = "-".join(re.findall(r"[\w-]+", MODULES.sub("", command))[1:3])
     return f"{name}-{hashlib.sha256(command.encode()).hexdigest()[:8]}"
 
 
 def run(command: str, folder: Path) -> int:
     """Run a command that writes its tables into a folder; return its exit code."""
     given = arguments(command)
-    if command.removeprefix(TESTS).startswith(SCRIPT):
-        paths = [str(ROOT / "tests")] * command.startswith(TESTS)
+    if MODULES.sub("", command).startswith(SCRIPT):
+        paths = [str(ROOT / folder) for folder in MODULES.findall(command)]
         paths += filter(None, [os.environ.get("PYTHONPATH")])
         environment = os.environ | {"PYTHONPATH": os.pathsep.join(paths)}
         folder.mkdir(parents=True, exist_ok=True)
