@@ -11,6 +11,8 @@ from typing import Any
 import pytest
 import yaml
 
+from motes.cli.doctor import OPTIONAL
+
 ROOT = Path(__file__).parents[1]
 WORKFLOWS = sorted((ROOT / ".github/workflows").glob("*.yml"))
 
@@ -34,6 +36,11 @@ def test_the_conda_recipe_asks_for_what_the_library_asks_for() -> None:
     assert citation["version"] == library["version"]
     asked = [f"python{library['requires-python']}", *library["dependencies"]]
     assert [each.replace(" ", "") for each in recipe["requirements"]["run"]] == asked
+
+
+def test_motes_doctor_looks_for_all_that_extras_install() -> None:
+    extras = project(".")["optional-dependencies"].keys() - {"all", "docs", "dev"}
+    assert set(OPTIONAL.values()) == extras
 
 
 @pytest.mark.parametrize("workflow", WORKFLOWS, ids=lambda path: path.stem)

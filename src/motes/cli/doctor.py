@@ -21,6 +21,7 @@ OPTIONAL = {
     "dlib": "faces",
     "onnxruntime": "onnx",
     "matplotlib": "report",
+    "pyarrow": "parquet",
     "motes_studio": "studio",
     "motes_fleet": "fleet",
     "motes_lab": "lab",
