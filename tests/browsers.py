@@ -72,7 +72,7 @@ class Shown:
         )
         self.page.on("request", lambda request: self._check(request.url, address))
         self.address = address
-        self.page.goto(address)
+        self.home()
 
     def _check(self, url: str, address: str) -> None:
         if not url.startswith((address, "data:", f"blob:{address}")):
@@ -108,6 +108,22 @@ class Shown:
                 where = self.state("[s.frame, s.pictured, s.connected, document.activeElement.id]")
                 page = self.page.inner_text("body")
                 raise AssertionError(f"waited {PATIENCE:g} s for {expression}: {where}\n{page}")
+
+    def home(self) -> None:
+        """Go to the first page, and wait until its films are listed."""
+        self.page.goto(self.address)
+        self.listed()
+
+    def listed(self) -> None:
+        """Wait until the first page lists its films: what it says of itself comes with them."""
+        self.until("s.films")
+        self.painted()
+
+    def painted(self) -> None:
+        """Wait until the page shows its state: it is drawn before the next paint."""
+        self.page.evaluate(
+            "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+        )
 
     def film(self, name: str = "film.mp4") -> Locator:
         """Return the button that opens a film in a new session; others may be listed with it."""

@@ -360,6 +360,18 @@ def test_a_frame_that_a_file_does_not_have_is_no_example_without_objects(
     assert states == ["tracking", "absent", "lost", "tracking"]
 
 
+def test_rows_that_are_known_are_of_a_tracked_object(both: Both) -> None:
+    """An export took an object whose rows were shown, and the page had said that it left it out."""
+    page = both.page
+    page.tracked(page.drawn(preset="nummiaro"))
+    again = page.drawn(preset="nummiaro")
+    assert page.item(again).tracked
+    for preset, tracked in (("mean_shift", False), ("nummiaro", True)):
+        page.do("change_object", object=again, preset=preset)
+        assert page.item(again).tracked is tracked
+        assert both.get("export", format="csv").text.count("\n") == 1 + FRAMES * (1 + tracked)
+
+
 def test_objects_that_begin_alike_have_rows_of_their_own(
     client: httpx.Client, session: str, both: Both
 ) -> None:

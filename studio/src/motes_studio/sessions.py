@@ -9,7 +9,6 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
-from msgspec import UNSET
 
 from motes import ConfigError, Ellipse, MotesError
 from motes_studio import commands, messages, pictures
@@ -234,11 +233,6 @@ class LiveSession:
         if isinstance(command, commands.Split) and command.object in self._tracked:
             assert number is not None
             self._set_tracked({*self._tracked, number})
-        tracker = isinstance(command, commands.ChangeObject) and any(
-            each is not UNSET for each in (command.preset, command.config, command.seed)
-        )
-        if tracker and number is not None:
-            self._set_tracked(self._tracked - {number})
         self._take(document)
         return Reply(command.id, object=number)
 
@@ -253,7 +247,6 @@ class LiveSession:
         for number, table in tables.items():
             self.jobs.results.know(document.target(number), table)
         self._put(document)
-        self._set_tracked({*self._tracked, *tables})
         self._take(document)
 
     def _go(self, place: int, error: str) -> None:
@@ -261,20 +254,25 @@ class LiveSession:
             raise ConfigError(error)
         self._store.go(self.name, place)
         self._place = place
-        document, before = self._store.document(self.name, place), self.document
-        results, known = self.jobs.results, {each.object: each for each in before.targets}
-        for each in document.targets:  # an earlier tracker or seed may have its rows
-            if each.object in known and each.made_by != known[each.object].made_by:
-                whole = results.of_object(each) is not None
-                kept = self._tracked - {each.object}
-                self._set_tracked(kept | {each.object} if whole else kept)
-        self._take(document)
+        self._take(self._store.document(self.name, place))
 
     def _take(self, document: Document) -> None:
-        """Take a changed document; what was tracked is tracked again where it has changed."""
+        """Take a changed document; what was tracked is tracked again where it has changed.
+
+        With another tracker or seed an object is not tracked, unless all its rows are known.
+        """
+        made_by = {each.object: each.made_by for each in self.document.targets}
         self.document = document
         self._revision += 1
         self.jobs.update(document)
+        tracked = set(self._tracked)
+        for each in document.targets:
+            if self.jobs.complete(each.object):
+                tracked.add(each.object)
+            elif each.made_by != made_by.get(each.object, each.made_by):
+                tracked.discard(each.object)
+        if tracked != self._tracked:
+            self._set_tracked(tracked)
         self._go_on()
         self.board.change_state()
 

@@ -10,8 +10,6 @@ from waiting import wait_until
 
 pytestmark = pytest.mark.slow
 
-PAINTED = "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
-
 
 def do(shown: Shown, script: str) -> Any:
     """Run a script with the page's `app`."""
@@ -64,7 +62,7 @@ def test_a_button_that_is_pressed_is_not_replaced(shown: Shown) -> None:
     page.get_by_role("button", name="Keyframe", exact=False).and_(page.locator(".action")).hover()
     page.mouse.down()
     do(shown, "return app.actions.change(1, { name: 'other' });")
-    page.evaluate(PAINTED)
+    shown.painted()
     page.mouse.up()
     shown.until("s.session.objects[0].keyframes.length === 2")
     page.locator(".effort").get_by_text("of other").wait_for()
@@ -76,10 +74,10 @@ def test_a_late_picture_does_not_move_the_film_away(shown: Shown) -> None:
     shown.open()
     shown.page.keyboard.press("b")
     do(shown, "app.store.set({ frame: 30, following: true });")
-    wait_until(lambda: held or shown.page.evaluate(PAINTED))
+    wait_until(lambda: held or shown.painted())
     shown.page.mouse.move(*shown.at(*CORNERS[0]))
     shown.page.mouse.down()
-    shown.page.evaluate(PAINTED)  # from here on the first frame's picture is asked for
+    shown.painted()  # from here on the first frame's picture is asked for
     shown.until("!s.awaited.has(0)")
     for route in held:
         route.continue_()

@@ -46,7 +46,7 @@ def test_films_come_by_upload_and_drop(shown: Shown, tmp_path: Path) -> None:
     page = shown.page
     page.locator("#file").set_input_files(film(tmp_path / "mine.mp4", frames=5))
     shown.until("s.film?.name === 'mine.mp4' && s.pictured === 0")
-    page.goto(shown.address)
+    shown.home()
     (tmp_path / "list.mp4").write_text("#EXTM3U\nhttp://example.org/film.mp4\n")
     page.locator("#file").set_input_files(tmp_path / "list.mp4")
     page.get_by_role("alert").get_by_text("list.mp4 was not taken").wait_for()
@@ -153,7 +153,7 @@ def test_a_killed_server_loses_nothing(
         second = Program(films, tmp_path, first.port)
         try:
             shown.until("s.connected && s.looked?.frame === 20")
-            shown.page.goto(shown.address)
+            shown.home()
             shown.page.get_by_label("Sessions", exact=True).get_by_role("link").first.click()
             shown.until(f"s.session?.id === '{session}' && s.rows.get(1)?.length === {FRAMES}")
             found = shown.state("s.rows.get(1).map(({ x, y, a, final }) => [x, y, a, final])")
@@ -172,8 +172,10 @@ def test_axe_finds_nothing(shown: Shown) -> None:
     # axe is put into the page by a tool; the policy of the page would refuse it
     shown.context.new_cdp_session(page).send("Page.setBypassCSP", {"enabled": True})
     page.reload()
+    shown.listed()
 
     def check(where: str) -> None:
+        shown.painted()
         for colors in ("light", "dark"):
             page.emulate_media(color_scheme=colors)
             page.add_style_tag(content="* { transition: none !important; }")  # at once
@@ -203,6 +205,7 @@ def test_axe_finds_nothing(shown: Shown) -> None:
 def test_nothing_sticks_out_of_the_window(shown: Shown) -> None:
     for width, height in SIZES:
         shown.page.set_viewport_size({"width": width, "height": height})
+        shown.painted()
         assert shown.page.evaluate(CUT) == []
     shown.open()
     shown.draw()
@@ -211,6 +214,7 @@ def test_nothing_sticks_out_of_the_window(shown: Shown) -> None:
     assert absent.evaluate("({ scrollWidth, clientWidth }) => scrollWidth <= clientWidth")
     for width, height in SIZES:
         shown.page.set_viewport_size({"width": width, "height": height})
+        shown.painted()
         assert shown.page.evaluate(CUT) == []
         heights = shown.page.evaluate(
             "['tools', 'stage', 'transport', 'strip', 'timeline']"
@@ -222,6 +226,7 @@ def test_nothing_sticks_out_of_the_window(shown: Shown) -> None:
     shown.page.evaluate(f"{START} app.store.set({{ tool: 'ground', corners: [[9, 9]] }}))")
     for tab in ("Layers", "Doubts", "Count"):
         shown.page.get_by_role("tab", name=tab).click()
+        shown.painted()
         assert shown.page.evaluate(CUT) == []
     film = "{ ...s.session.film, name: 'long '.repeat(40) }"
     shown.state(f"app.store.set({{ connected: false, session: {{ ...s.session, film: {film} }} }})")
@@ -286,7 +291,7 @@ def test_a_folder_without_film_offers_those_of_the_demo(
         shown.wait(f"{smoothing} === 'low'")
         page.keyboard.press("Home")
         shown.wait(f"{smoothing} === 'high'")
-        page.goto(program.address)
+        shown.home()
         films.get_by_role("button", name="Cars to count").wait_for()
         assert films.get_by_role("button").count() == 3
         answer = page.evaluate("fetch('/api/samples/cat', {method: 'POST'}).then((a) => a.text())")
@@ -302,7 +307,7 @@ def test_all_objects_are_taken_home_and_enter_is_enough(shown: Shown) -> None:
     shown.draw()
     shown.track()
     page.get_by_text("Another tracker or seed drops the rows").wait_for()
-    shown.draw()  # and not tracked
+    shown.draw((20, 20), (60, 60))  # and not tracked
     page.keyboard.press("x")
     page.get_by_text("Without those that are not tracked to their end: Object 2.").wait_for()
     with page.expect_download() as download:
