@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Callable, Iterator
+from contextlib import nullcontext
 from pathlib import Path
 from random import Random
 from typing import NamedTuple
@@ -535,3 +536,12 @@ def test_rows_of_other_words_or_times(
     (tmp_path / "a.csv").write_text("\n".join(lines) + "\n")
     with pytest.raises(SourceError, match=f"a.csv: {said}"):
         registry.read(tmp_path / "a.csv", "csv", FilmFacts())
+
+
+def test_frames_that_all_have_one_time_are_refused(tmp_path: Path) -> None:
+    """As a column that nobody has filled in; rounded times may be equal for a few frames."""
+    for times, ends in ((("0.0", "0.0", "0.1"), None), (("3", "3", "3"), "all frames .* time 3")):
+        rows = "".join(f"{n},{time},1,1,9,9\n" for n, time in enumerate(times))
+        (tmp_path / "a.csv").write_text(f"frame,time,left,top,width,height\n{rows}")
+        with pytest.raises(SourceError, match=ends) if ends else nullcontext():
+            registry.read(tmp_path / "a.csv", "csv", FilmFacts())

@@ -127,6 +127,8 @@ class Recording:
         for (one, before), (two, after) in pairwise(sorted(known.items())):
             if after < before:  # times that are rounded may be equal
                 raise FormatError(f"frame {one} has the time {before:g}, and {two} {after:g}")
+        if len(known) > 2 and len(same := {*known.values()}) == 1:
+            raise FormatError(f"all frames have the time {same.pop():g}")
         if not facts.fps:
             facts = replace(facts, fps=rate_of(known))
         seconds = known | _between(known, [frame for frame in frames if frame not in known], facts)
