@@ -74,7 +74,9 @@ def test_a_late_picture_does_not_move_the_film_away(shown: Shown) -> None:
     shown.open()
     shown.page.keyboard.press("b")
     do(shown, "app.store.set({ frame: 30, following: true });")
-    wait_until(lambda: held or shown.painted())
+    shown.painted()
+    shown.until("s.awaited.has(30)")
+    wait_until(lambda: shown.state("1") and held)  # to ask lets the route be called
     shown.page.mouse.move(*shown.at(*CORNERS[0]))
     shown.page.mouse.down()
     shown.painted()  # from here on the first frame's picture is asked for
