@@ -1,6 +1,7 @@
 """Programs of this repository that are no part of a package."""
 
 import importlib.util
+import os
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -18,3 +19,11 @@ def script(path: str) -> ModuleType:
     sys.modules[place.stem] = module
     spec.loader.exec_module(module)
     return module
+
+
+def uncounted() -> dict[str, str]:
+    """Return the environment of a process whose lines `make coverage` does not count.
+
+    To count them, modules are imported and processes end in other ways.
+    """
+    return {name: value for name, value in os.environ.items() if "COVERAGE" not in name}

@@ -15,7 +15,7 @@ import pytest
 import motes
 from clips import write_pictures
 from oracles import mosaic
-from scripts import script
+from scripts import script, uncounted
 
 ROOT = Path(motes.__file__).parent
 REPOSITORY = Path(__file__).parents[1]
@@ -130,7 +130,8 @@ def test_all_distributions_have_one_version() -> None:
 def modules_after(code: str) -> set[str]:
     """Return the modules that a fresh interpreter has after some code."""
     script = f"{code}\nimport sys\nprint(*sorted(sys.modules))"
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    words = [sys.executable, "-c", script]
+    done = subprocess.run(words, env=uncounted(), capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return set(done.stdout.split())
 

@@ -24,6 +24,7 @@ from motes.core import interrupts
 from motes.core.interrupts import SIGNALS, Interrupt, check, deferred, raised
 from motes.video.prefetch import prefetch
 from red_box import moving
+from scripts import uncounted
 from waiting import wait_until
 
 FRAMES = 800
@@ -248,5 +249,6 @@ def test_an_interrupt_of_the_imports_shows_no_traceback(program: str) -> None:
         sys.meta_path.insert(0, Interrupted())
         from {program}.start import main
         sys.exit(main())"""
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    words = [sys.executable, "-c", code]
+    done = subprocess.run(words, env=uncounted(), capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (130, "")

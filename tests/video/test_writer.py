@@ -16,6 +16,7 @@ from disks import fill
 from motes import ConfigError, FormatError, open_source
 from motes.core.files import PartialFile, leftovers
 from motes.video.writer import ENDINGS, VideoWriter
+from scripts import uncounted
 
 KINDS = [".mkv", ".mp4"]
 """One ending of each container."""
@@ -33,7 +34,7 @@ from motes.video.writer import VideoWriter
         [sys.executable, "-c", head + textwrap.dedent(script)],
         cwd=folder,
         env={
-            **{name: value for name, value in os.environ.items() if "COVERAGE" not in name},
+            **uncounted(),
             "PYTHONPATH": os.pathsep.join([str(Path(__file__).parents[1]), *sys.path]),
         },
         capture_output=True,
