@@ -526,6 +526,20 @@ def test_what_flickers_is_left_out_and_said() -> None:
     assert visits(desk(), [70 + 0.01 * i for i in range(14)], lost=False) == [(0, "enters")]
 
 
+def test_who_flickers_again_and_again_is_one_that_is_left_out() -> None:
+    """And none, if it is seen for long enough at last."""
+    for turns, left in (2, 1), (3, 1), (9, 0):
+        counting = desk()
+        for i in range(8 * min(turns, 3) + 20 * (turns > 3)):
+            shown = i % 8 < 2 or i >= 24
+            status = Status.TRACKING if shown else Status.OCCLUDED
+            counting.update([replace(seen(i, (75, 40), status), time=i / 25)])
+        counting.finish()
+        assert [counting.left_out[place, BRIEF] for place in ("", "desk")] == [left, left]
+        assert counting.totals == ({} if left else {"appears": 1, "desk enters": 1})
+        assert any(BRIEF in line for line in counting.remarks()) == bool(left)
+
+
 @pytest.mark.parametrize(
     ("points", "inside"),
     [

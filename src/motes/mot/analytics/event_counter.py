@@ -79,8 +79,8 @@ class EventCounter:
     Attributes
     ----------
     left_out
-        Number of events that do not count, for each (place, reason); an object that does not
-        appear has the place "".
+        Number of events that do not count, for each (place, reason), but of objects for `BRIEF`;
+        one that does not appear has the place "".
     abrupt
         Number of objects that were found or lost upon each line, which they may have passed or not,
         or inside each zone, where that counts as an entry or an exit.
@@ -113,6 +113,7 @@ class EventCounter:
         self._seen: dict[int, Track] = {}
         self._paths: dict[int, Trajectory] = {}
         self._present = set[int]()
+        self._brief = set[tuple[str, int]]()
         self._ended: list[Trajectory] = []
         self._turn = 0
         self.counts, self.totals = Counter(), Counter()
@@ -172,7 +173,9 @@ class EventCounter:
         path.settle(now, 0)
         events = path.counted(now)
         brief = path.sure if path.came is None else [path.came, *path.sure]
-        self.left_out.update((event.place or "", BRIEF) for event in brief)
+        new = {(event.place or "", event.identity) for event in brief} - self._brief
+        self.left_out.update((place, BRIEF) for place, _ in new)
+        self._brief |= new
         path.sure, path.came = [], None
         path.touched |= {
             event.place or "" for event in path.over.values() if event.event == "enters"
@@ -208,7 +211,9 @@ class EventCounter:
             verb = "crossed" if name in self._lines else "entered"
             said = [] if name in seen else [f"nothing {verb} it"]
             said += [
-                f"left out {why}: {n}" for (place, why), n in self.left_out.items() if place == name
+                f"left out {why}: {n}"
+                for (place, why), n in self.left_out.items()
+                if place == name and n
             ]
             abrupt = self.abrupt[name]
             if abrupt:
@@ -226,6 +231,10 @@ class EventCounter:
             key = event.event, event.place or "", event.direction or "", event.label or ""
             self.counts[(int(event.time // MINUTE), *key)] += 1
             self.totals[event.total] += 1
+            found = event.place or "", event.identity
+            if found in self._brief:  # it flickered before, and is there now
+                self._brief.remove(found)
+                self.left_out[found[0], BRIEF] -= 1
         return events
 
     def _begin(self, foot: Point, time: float, limit: float, upon: set[str]) -> Trajectory:
@@ -407,6 +416,7 @@ class EventCounter:
         path = self._paths.pop(each.identity)
         last, foot = path.feet[-1]
         events = self._stop(each, path)
+        self._brief = {found for found in self._brief if found[1] != each.identity}
         if each.identity in self._present:
             self._present.remove(each.identity)
             events.append(self._event(each, path, foot, "disappears", seconds=last - path.since))
