@@ -10,8 +10,9 @@ import pytest
 
 from clips import write_pictures
 from commands import Tell
-from motes import open_source, read_track
+from motes import Regions, Zone, open_source, read_track
 from motes.cli import main
+from motes.cli.draw import object_moments, rows_in
 from motes.video.decoder import Decoder
 
 FRAMES = 30
@@ -196,6 +197,20 @@ def objects(count: int = FRAMES) -> str:
         lines.append(f"{index},{time},1,car,{20 + 2 * index},20,20,20,0.9,tracking,")
         lines.append(f"{index},{time},2,,90,2,9,12,0.9,tracking,")
     return "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize("rest", [0, 3])
+def test_who_is_sought_when_the_film_ends_is_not_gone(go: Tell, rest: int) -> None:
+    """Rows that end earlier are of who is gone, as in the run that made them."""
+    text = objects(FRAMES - rest).splitlines()
+    text[-2:] = [line.replace("tracking", "lost") for line in text[-2:]]
+    Path("rows.csv").write_text("\n".join(text) + "\n")
+    zone = Zone((5, 5, 85, 5, 85, 50, 5, 50), "hall")
+    with open_source("film.mkv") as film:
+        given = rows_in(Path("rows.csv"), None, film, "film.mkv", None, None)
+        moments = object_moments(film, given, Regions(zone=(zone,)), None)
+        *_, last = moments(iter(film))
+    assert (last.totals["hall enters"], last.totals["hall leaves"]) == (1, rest > 0)
 
 
 @pytest.mark.slow

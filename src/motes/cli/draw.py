@@ -350,7 +350,10 @@ def object_moments(
 
     def objects(frames: Iterator[Frame]) -> Iterator[tuple[Frame, list[Track]]]:
         places = _measured(given, units, size)
-        for frame in _checked(frames, given, film):
+        later = _checked(frames, given, film)
+        following = next(later, None)
+        while following is not None:
+            frame, following = following, next(later, None)
             tracks = []
             for each in given.objects(frame):
                 if not each.placed:  # one that is marked as absent
@@ -358,7 +361,7 @@ def object_moments(
                 more = {**each.further, **places.get((each.identity, frame.index), {})}
                 # The box has all digits of the file; those of an ellipse are half as exact.
                 ellipse = Ellipse.from_box(each.box)
-                sought = frame.index < ends[each.identity]
+                sought = following is None or frame.index < ends[each.identity]  # not gone yet
                 tracks.append(
                     replace(each, time=frame.time, ellipse=ellipse, sought=sought, further=more)
                 )
