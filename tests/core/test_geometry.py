@@ -165,6 +165,13 @@ def test_a_refused_region_names_the_box_that_is_meant(region: Sequence[float], m
         region_within(region, 100, 80)
 
 
+@pytest.mark.parametrize("region", [(0, 0, 1, 1), ["0", "0", "1", "1"]])
+def test_shares_of_the_picture_are_refused(region: list[float]) -> None:
+    """Also in text, as of a line that was split at its commas."""
+    with pytest.raises(ConfigError, match="give pixels, not shares of the picture"):
+        region_within(region, 100, 80)
+
+
 def test_a_fifth_number_that_is_no_angle() -> None:
     with pytest.raises(ConfigError, match=r"begins with 40; .* 6\.28; a box has four numbers"):
         check_angle(40.0)

@@ -233,6 +233,8 @@ def region_within(region: Numbers, width: int, height: int) -> Ellipse:
     meant.
     """
     ellipse = as_ellipse(region)
+    if not isinstance(region, Ellipse):
+        region = tuple(map(float, region))  # as of a line of text that was split
     other = perhaps_meant(region, width, height)
     if not other and len(region) == 4:  # corners in another order; what is refused is no box
         (x1, x2), (y1, y2) = sorted(region[::2]), sorted(region[1::2])
