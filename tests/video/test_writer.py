@@ -86,6 +86,16 @@ def test_times_that_do_not_increase_still_keep_every_picture(tmp_path: Path) -> 
         assert len(list(source)) == 5
 
 
+@pytest.mark.parametrize("fps", [np.float32(12.5), 1 / 3600])
+def test_a_rate_of_numpy_and_a_picture_an_hour(fps: float, tmp_path: Path) -> None:
+    with VideoWriter(tmp_path / "out.mkv", fps) as writer:
+        for level in range(3):
+            writer.write(np.full((16, 16, 3), level, np.uint8))
+    with open_source(tmp_path / "out.mkv") as source:
+        assert source.fps == pytest.approx(fps, rel=1e-3)
+        assert source.frame_count == 3
+
+
 def test_what_cannot_be_written_is_refused_at_once(tmp_path: Path) -> None:
     existing = tmp_path / "existing.mp4"
     existing.write_text("precious")

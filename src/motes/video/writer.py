@@ -70,7 +70,7 @@ class VideoWriter:
         check_writable(path, overwrite)
         if is_special(path):
             raise FormatError(f"{path} is no plain file; choose another name.")
-        self._fps = fps
+        self._fps = float(fps)
         self._overwrite = overwrite
         self._file: PartialFile | None = None
         self._container: OutputContainer | None = None
@@ -137,6 +137,7 @@ class VideoWriter:
         self._frames += 1
 
     def _begin(self, height: int, width: int) -> OutputContainer:
+        rate = Fraction(self._fps)
         format_name, muxing = _CONTAINERS[self.path.suffix.lower()]
         try:
             self._file = PartialFile(self.path, self.path.suffix)
@@ -151,7 +152,7 @@ class VideoWriter:
         threads = "1" if os.environ.get("MOTES_THREADS") == "1" else "auto"
         self._stream = container.add_stream(
             "libx264",
-            rate=Fraction(self._fps).limit_denominator(1001),
+            rate=rate.limit_denominator(1001) or rate.limit_denominator(10**6),
             options={"preset": "superfast", "crf": "24", "tune": "zerolatency", "threads": threads},
         )
         self._stream.width, self._stream.height = width + width % 2, height + height % 2
