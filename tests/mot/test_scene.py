@@ -143,6 +143,17 @@ def test_the_background_is_that_of_before_a_cut() -> None:
     assert detected(scene, stands(places))[3:15] == [1] * 12
 
 
+@pytest.mark.parametrize("prepared", [False, True])
+def test_a_background_of_two_views_makes_all_counts_doubtful(prepared: bool) -> None:
+    """The camera is turned, and nothing but its place in the picture changes."""
+    scene, place = Scene(BackgroundDetector()), patchwork(0)
+    views = [place] * 40 + [np.roll(place, 60, axis=1)] * 20
+    if prepared:
+        scene.prepare(stands(views))
+    detected(scene, stands(views))
+    assert set(scene.doubts.values()) == {0 if prepared else 40}
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("cut", [False, True])
 def test_a_cut_of_the_film_ends_all_tracks(cut: bool) -> None:

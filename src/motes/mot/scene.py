@@ -212,6 +212,7 @@ class Scene:
         self._changes = PictureChanges()
         self._expected: Sequence[Expected] = ()
         self._own_warnings: dict[str, str] = {}
+        self._previewed = list[int]()
         self._looked = self._boxes = self._corners = 0
         self._statuses: dict[int, Status] = {}
         self._labels, self._surest, self._usable = set[str](), -math.inf, False
@@ -268,7 +269,13 @@ class Scene:
         another one. Other detectors read no frame. `frames` are those of `watch`.
         """
         if isinstance(self.detector, PreparedDetector):
-            self.detector.prepare(before_cut(_in_order(frames, None)))
+            self.detector.prepare(self._noted(before_cut(_in_order(frames, None))))
+
+    def _noted(self, frames: Iterable[Frame]) -> Iterator[Frame]:
+        """Yield the frames that the detector takes before the first one, and note their indices."""
+        for frame in frames:
+            self._previewed.append(frame.index)
+            yield frame
 
     def expect(self, expected: Sequence[Expected]) -> None:
         """Expect objects in the next frame; they begin as soon as they are seen there.
@@ -379,13 +386,17 @@ class Scene:
         return gone
 
     def _doubt(self, frame: Frame, found: _Found) -> None:
-        """Note from which frame on counts are doubtful; a cut looks like another light, too."""
+        """Note from which frame on counts are doubtful; a cut looks like another light, too.
+
+        What was prepared for holds what is before and behind a change in it, so all is doubtful.
+        """
         kinds = [kind for kind in DOUBTS if kind in found.warnings and kind not in self.warnings]
         if found.motion is not None and self.config.camera != "moving":
             # Before one that stands still, what is not exact in a homography moves few corners.
             kinds += ["camera"] * bool(corner_shifts(found.motion, frame).min() > STILL)
         for kind in kinds if found.change is None else [found.change]:
-            self.doubts.setdefault(kind, frame.index)
+            first = self._previewed[0] if frame.index in self._previewed else frame.index
+            self.doubts.setdefault(kind, first)
 
     def _warn(self, frame: Frame, surplus: int, found: Sequence[Detection]) -> None:
         """Note what is wrong with the detections of a frame, each kind once."""
