@@ -50,6 +50,10 @@ def track() -> motes.Track:
     return motes.Track.nowhere(0, 0.0)
 
 
+def trailing(*places: Any) -> None:
+    motes.draw_scene(PIXELS, [started().info.track], {1: places})
+
+
 def rows(film: Path, *what: Any) -> None:
     writer = motes.TrackWriter(str(film.with_name("rows.csv")), overwrite=True)
     writer.close()
@@ -132,6 +136,9 @@ CALLS: dict[str, tuple[Callable[[Any], object], str]] = {
     "rows after the end": (lambda film: rows(film, 0, 0, None), "is closed"),
     "one track of a scene": (lambda _: motes.draw_scene(PIXELS, track(), {}), "list of Tracks"),  # type: ignore[arg-type]
     "boxes as tracks": (lambda _: motes.draw_scene(PIXELS, [BOX]), "list of Tracks"),  # type: ignore[list-item]
+    "boxes as a trail": (lambda _: trailing(BOX), "places x, y"),
+    "ellipses as a trail": (lambda _: trailing((1, 2, 3, 4, 0.5)), "places x, y"),
+    "an open film": (lambda film: motes.correct(motes.open_source(film), {0: BOX}), "of a file"),  # type: ignore[arg-type]
     "trails in a list": (lambda _: motes.draw_scene(PIXELS, [], []), "mapping"),  # type: ignore[arg-type]
     "one line to draw": (lambda _: motes.draw_scene(PIXELS, [], {}, LINE), "as Regions"),  # type: ignore[arg-type]
     "boxes to count": (lambda _: counter().update([BOX]), "list of Tracks"),  # type: ignore[list-item]

@@ -124,7 +124,12 @@ def draw_scene(
 
 def stretches(trail: Sequence[Point]) -> list[Floats]:
     """Return the parts of a trail, (n, 2) each, between places that are NaN."""
-    places = np.reshape(trail, (-1, 2))
+    try:
+        places = np.array(trail, np.float64) if len(trail) else np.empty((0, 2))
+    except (TypeError, ValueError):
+        places = np.empty(0)
+    if places.shape[1:] != (2,):  # boxes would be drawn as twice as many places
+        raise ConfigError(f"A trail is a list of places x, y; got {repr(trail)[:80]}.")
     parts = np.split(places, np.flatnonzero(np.isnan(places).any(axis=1)))
     return [part for each in parts if len(part := each[np.isfinite(each).all(axis=1)])]
 
