@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.errors import ConfigError, SourceError
+from motes.core.files import as_path
 from motes.core.frame import Frame
 from motes.core.interrupts import check
 from motes.core.log import LOG
@@ -93,6 +94,7 @@ class Film:
             raise SourceError(
                 f"{source} is read once, as it comes; record it first, and give the recording."
             )
+        as_path(source)
         if start < 0 or (end is not None and end <= start):
             stop = "" if end is None else f" to {end}"
             raise ConfigError(
