@@ -10,7 +10,7 @@ import pytest
 
 from clips import write_pictures
 from commands import Tell
-from motes import Regions, Zone, open_source, read_track
+from motes import EventCounter, Regions, Zone, open_source, read_track
 from motes.cli import main
 from motes.cli.draw import object_moments, rows_in
 from motes.video.decoder import Decoder
@@ -208,8 +208,8 @@ def test_who_is_sought_when_the_film_ends_is_not_gone(go: Tell, rest: int) -> No
     zone = Zone((5, 5, 85, 5, 85, 50, 5, 50), "hall")
     with open_source("film.mkv") as film:
         given = rows_in(Path("rows.csv"), None, film, "film.mkv", None, None)
-        moments = object_moments(film, given, Regions(zone=(zone,)), None)
-        *_, last = moments(iter(film))
+        counter = EventCounter(Regions(zone=(zone,)), (film.width, film.height))
+        *_, last = object_moments(film, given, counter, None, iter(film))
     assert (last.totals["hall enters"], last.totals["hall leaves"]) == (1, rest > 0)
 
 

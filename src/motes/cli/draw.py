@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from collections import defaultdict
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -13,7 +16,7 @@ from cyclopts import App, Parameter
 from msgspec.structs import replace
 
 from motes.cli.annotated_video import AnnotatedVideo, ScenePainter, TargetPainter
-from motes.cli.frame_loop import Moment, Moments, Sink, Tally, run
+from motes.cli.frame_loop import Moment, Sink, Tally, run
 from motes.cli.input_checks import (
     check_not_source,
     check_order,
@@ -162,10 +165,11 @@ def draw(
         check_size(plane, film.name, film.width, film.height)
         if given.single:
             opened = outputs.of_target(film, rows.stem, metres=plane is not None or given.metres)
-            return run(film, opened, target_moments(film, given, plane), Tally())
+            return run(film, opened, partial(target_moments, film, given, plane), Tally())
         regions = (known and known.places) or Regions()
         opened = outputs.of_objects(film, rows.stem, regions)
-        return run(film, opened, object_moments(film, given, regions, plane), Tally())
+        counter = EventCounter(regions, (film.width, film.height))
+        return run(film, opened, partial(object_moments, film, given, counter, plane), Tally())
 
 
 def _units(rows: Path, options: UnitOptions, known: History | None) -> RealUnits | None:
@@ -262,49 +266,39 @@ def rows_in(
     single = registry.FORMATS.resolve(form).single or (alone and not watched)
     timed = form in ("csv", "jsonl", "parquet", "journal")
     given = Given(path, rows, single, timed, recorded.stride)
-    if read is None:
-        for frame in rows:
-            _check_time(given, film, frame, facts.time(frame))
-    else:
-        _check_film(given, film, source, read)
+    try:
+        _check_rows(given, film, facts)
+    except InputError:
+        if read is None or not read.quick:
+            raise
+        # Times are those of its packets, which damage may have changed; they are decoded now.
+        _check_rows(given, film, dataclasses.replace(facts, times=Film(source).times))
     return given
 
 
-def _check_film(given: Given, film: Source, source: str, read: Film) -> None:
-    """Raise an InputError if rows are not of a film with times of its own.
-
-    They are those of its packets; where damage may have changed them, it is decoded.
-    """
-    try:
-        _check_times(given, film, read.times)
-    except InputError:
-        if not read.quick:
-            raise
-        _check_times(given, film, Film(source).times)
-
-
-def _check_times(given: Given, film: Source, times: Sequence[float]) -> None:
+def _check_rows(given: Given, film: Source, facts: FilmFacts) -> None:
+    """Raise an InputError if rows are of another film, by its times or, if known, its end."""
+    end = len(facts.times) or math.inf
     for frame in given.rows:
-        if frame < len(times):
-            _check_time(given, film, frame, times[frame])
-    _check_end(given, film, len(times) - 1)
+        if frame < end:
+            _check_time(given, film, frame, facts.time(frame))
+    if facts.times:
+        _check_end(given, film, len(facts.times) - 1)
 
 
-def target_moments(film: Source, given: Given, units: RealUnits | None) -> Moments:
-    """Return what makes the moments of rows of one target."""
-
-    def moments(frames: Iterator[Frame]) -> Generator[Moment, None, None]:
-        places = _measured(given, units or PIXELS)
-        for frame in _checked(frames, given, film):
-            each = next(iter(given.objects(frame)), None)
-            if each is None:
-                yield Moment(frame, [Track.nowhere(frame.index, frame.time)])
-            else:
-                more = {**each.further, **places.get((each.identity, frame.index), {})}
-                track = replace(each, time=frame.time, further=more)
-                yield Moment(frame, [track], StepInfo(track))
-
-    return moments
+def target_moments(
+    film: Source, given: Given, units: RealUnits | None, frames: Iterator[Frame]
+) -> Generator[Moment, None, None]:
+    """Yield the moments of rows of one target."""
+    places = _measured(given, units or PIXELS)
+    for frame in _checked(frames, given, film):
+        each = next(iter(given.objects(frame)), None)
+        if each is None:
+            yield Moment(frame, [Track.nowhere(frame.index, frame.time)])
+        else:
+            more = {**each.further, **places.get((each.identity, frame.index), {})}
+            track = replace(each, time=frame.time, further=more)
+            yield Moment(frame, [track], StepInfo(track))
 
 
 def _measured(
@@ -341,15 +335,17 @@ def _measured(
 
 
 def object_moments(
-    film: Source, given: Given, regions: Regions, units: RealUnits | None
-) -> Moments:
-    """Return what makes the moments of several objects, with what they do at lines and in zones."""
-    size = film.width, film.height
-    counter = EventCounter(regions, size)
+    film: Source,
+    given: Given,
+    counter: EventCounter,
+    units: RealUnits | None,
+    frames: Iterator[Frame],
+) -> Generator[Moment, None, None]:
+    """Return the moments of several objects, with what they do at lines and in zones."""
     ends = {each.identity: row.frame for row in given.rows.values() for each in row.objects}
 
-    def objects(frames: Iterator[Frame]) -> Iterator[tuple[Frame, list[Track]]]:
-        places = _measured(given, units, size)
+    def objects() -> Iterator[tuple[Frame, list[Track]]]:
+        places = _measured(given, units, (film.width, film.height))
         later = _checked(frames, given, film)
         following = next(later, None)
         while following is not None:
@@ -367,7 +363,7 @@ def object_moments(
                 )
             yield frame, tracks
 
-    return lambda frames: counted_moments(objects(frames), counter)
+    return counted_moments(objects(), counter)
 
 
 def _checked(frames: Iterator[Frame], given: Given, film: Source) -> Iterator[Frame]:

@@ -154,13 +154,3 @@ def with_network(settings: dict[str, Any], preset: str, given: str | None) -> di
     if not isinstance(others, dict) or "files" in others:
         raise ConfigError("--network and --set network.files contradict each other; give one.")
     return {**settings, "network": {**others, "files": [*Network.named(given).files]}}
-
-
-def open_network(config: TrackerConfig) -> None:
-    """Open the network of a configuration, if it has one, before anything is written.
-
-    Raises a MotesError if its files cannot be used.
-    """
-    network = getattr(config, "network", None)
-    if network is not None:
-        network.open()

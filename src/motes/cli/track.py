@@ -8,7 +8,7 @@ from cyclopts import App, Parameter
 
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import checked_output, refuse
-from motes.cli.load_config import TRACKER_HELP, open_network, tracker_config
+from motes.cli.load_config import TRACKER_HELP, tracker_config
 from motes.cli.option_groups import (
     CONFIGURATION,
     PRESETS,
@@ -81,7 +81,8 @@ def track(
         raise ConfigError("There is no source; name a video, as in motes track film.mp4 --init …")
     if values.seed < 0:
         raise ConfigError(f"--seed is {values.seed}; give 0 or more.")
-    open_network(config)
+    if (network := getattr(config, "network", None)) is not None:
+        network.open()  # files that cannot be used are told before anything is written
     _check_fitting(target, keys, frames, outputs)
     begin = None if keys.given else target.begin()
     plane = units.units()

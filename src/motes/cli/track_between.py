@@ -56,11 +56,10 @@ def track_between(
     for mark in history.keys.values():
         point_out_meant(mark, film.width, film.height)
     check_size(asked.units, film.name, film.width, film.height)
-    path, units = asked.rows_file, asked.units
-    if path is not None:
+    if (path := asked.rows_file) is not None:
         for each in (path, History.path(path)):
             check_writable(each, asked.overwrite)
-    videos = asked.pictures(film, TargetPainter(metres=units is not None))
+    videos = asked.pictures(film, TargetPainter(metres=asked.units is not None))
     rows = asked.rows(film, HINDSIGHT)
     run = KeyframeRun(film, asked, history)
     try:
@@ -80,9 +79,8 @@ class KeyframeRun(Tally):
         super().__init__()
         self.interrupted: KeyboardInterrupt | None = None
         """The interrupt that ended the run, or None."""
-        self._film, self._history, self._path = film, history, asked.rows_file
-        self._quiet, self._units = asked.goal is not None and asked.goal.name == "-", asked.units
-        self._label = asked.outputs.label
+        self._film, self._history, self._asked = film, history, asked
+        self._quiet = asked.goal is not None and asked.goal.name == "-"
         self._black = np.zeros((film.height, film.width, 3), np.uint8)
         self._moments: dict[int, Moment] = {}
         self._states = Counter[Status]()
@@ -94,14 +92,14 @@ class KeyframeRun(Tally):
         finished after its rows. So `motes refine` can finish a run that was killed. An interrupt
         before the first row is raised, and leaves no file.
         """
-        history, path = self._history, self._path
+        history, path = self._history, self._asked.rows_file
         parts = Stretch.between(self._film.frames, history.keys)
         left = [*parts]
 
         def write(stretch: Stretch, tracks: list[Track]) -> None:
             if path is not None and not self.frames:
                 history.unfinished_with(left).save(path)
-            places = motion_in_hindsight(self._units, map(as_read, tracks))
+            places = motion_in_hindsight(self._asked.units, map(as_read, tracks))
             for track, place in zip(tracks, places, strict=True):
                 if track.frame not in self._moments:  # that of a keyframe is in two stretches
                     self._write(structs.replace(track, smoothed=True, further=place), outputs)
@@ -124,7 +122,7 @@ class KeyframeRun(Tally):
     def _write(self, track: Track, outputs: list[Sink]) -> None:
         """Write the row of a track; its frame is black until it is drawn."""
         frame = Frame(track.frame, track.time, self._black)
-        moment = Moment(frame, [track], StepInfo(track)).labeled(self._label)
+        moment = Moment(frame, [track], StepInfo(track)).labeled(self._asked.outputs.label)
         for output in outputs:
             output.write(moment)
         self._moments[track.frame] = moment

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import fields
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from cyclopts import App
@@ -105,10 +106,10 @@ def watch(
     from msgspec.structs import replace
 
     from motes.cli.annotated_video import ScenePainter
-    from motes.cli.frame_loop import Tally, summarize
+    from motes.cli.frame_loop import Tally, run, summarize
     from motes.cli.outputs import EventsOutput, Request
     from motes.cli.pictures import Heatmap, Paths, Slits
-    from motes.cli.watch_loop import watch_scene
+    from motes.cli.watch_loop import SceneTally, scene_moments
     from motes.mot.analytics.event_counter import EventCounter
     from motes.mot.analytics.real_units import RealUnits
     from motes.mot.scene import Scene
@@ -149,9 +150,9 @@ def watch(
         if outputs.paths is not None:
             opened.append(Paths(outputs.paths, overwrite=outputs.overwrite))
         opened += asked.rows_and_history(film)
-        return watch_scene(
-            film, scene, counter, opened, asked.units, label=outputs.label, turns=counting.turns
-        )
+        moments = partial(scene_moments, film, scene, counter, asked.units)
+        tally = SceneTally(scene, counter, turns=counting.turns)
+        return run(film, opened, moments, tally, label=outputs.label)
 
 
 def _checked_names(

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from dataclasses import replace
 
-from motes.cli.frame_loop import Moment, Sink, Tally, run
+from motes.cli.frame_loop import Moment, Tally
 from motes.cli.streams import log
 from motes.cli.track_units import placed_by
 from motes.core.errors import MotesError, counted
@@ -20,27 +20,17 @@ from motes.mot.scene import DOUBTS, Scene
 from motes.video.sources import Source
 
 
-def watch_scene(
+def scene_moments(
     film: Source,
     scene: Scene,
     counter: EventCounter,
-    outputs: Sequence[Sink],
     units: RealUnits | None,
-    *,
-    label: str | None,
-    turns: bool,
-) -> int:
-    """Track the objects of the film, write the outputs and print a summary, with a table of turns.
-
-    With units, the objects have their places on the ground.
-    """
+    frames: Iterator[Frame],
+) -> Generator[Moment, None, None]:
+    """Yield the moments of the objects of a film; with units, they have places on the ground."""
     motion = None if units is None else GroundMotion(units, (film.width, film.height))
-
-    def moments(pictures: Iterator[Frame]) -> Generator[Moment, None, None]:
-        with contextlib.closing(scene.watch(pictures, ahead=not film.live)) as watched:
-            yield from counted_moments(watched, counter, motion)
-
-    return run(film, outputs, moments, SceneTally(scene, counter, turns=turns), label=label)
+    with contextlib.closing(scene.watch(frames, ahead=not film.live)) as watched:
+        yield from counted_moments(watched, counter, motion)
 
 
 def counted_moments(
