@@ -154,9 +154,9 @@ def convert(
     part = f"{there - made.missed} of the" if made.missed else "the"
     count = counted(there, "frame")
     own = source in ("csv", "jsonl") and (known is None or known.places is None)
-    reason = f"; in the others a target is {made.missed_told(form)}" * (made.missed > 0)
+    reason = f"; in the others a target is {made.missed_told}" * (made.missed > 0)
     reason += ": motes refine corrects that, or marks it as absent" * (made.missed > 0 and own)
-    reason += guesses_told(form, made)
+    reason += guesses_told(made)
     if empty := len(recorded.frames) - there:
         reason += f"; nothing is in {counted(empty, 'other frame')} of its film"
     log(f"wrote {target} ({written.title}) with {part} {count} in {rows}{reason}.")

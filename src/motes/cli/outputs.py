@@ -167,9 +167,9 @@ class DocumentOutput(Sink):
         """The document, or the journal in its place."""
         if self._done:
             made = self._written
-            why = made.missed_told(self._form)
+            why = made.missed_told
             without = f" without {counted(made.missed, 'frame')} in which a target is {why}"
-            guesses = guesses_told(self._form, made, self.hint)
+            guesses = guesses_told(made, self.hint)
             return f"{self.path}{without * (made.missed > 0)}{guesses}"
         return None if self._journal is None else f"{self.rows}, but not {self.path}"
 
@@ -224,9 +224,9 @@ def _length(film: Source | Film) -> int:
     return 0
 
 
-def guesses_told(form: str, written: Written, hint: str = DocumentOutput.hint) -> str:
+def guesses_told(written: Written, hint: str = DocumentOutput.hint) -> str:
     """Return what has become of guesses and unknown frames, for a command's last line; or ""."""
-    told, frames = written.guesses_told(form), counted(written.unknown, "frame")
+    told, frames = written.guesses_told, counted(written.unknown, "frame")
     absent = f"; called absent: {frames} without a row" * (written.unknown > 0)
     return f"; {told}{hint}{absent}" if told else absent
 

@@ -465,17 +465,20 @@ class Written(NamedTuple):
     frames that are written."""
     unknown: int = 0
     """The number of frames that nobody has looked at, and that have a line in a truth: absent."""
+    marked: bool = False
+    """Whether guesses are marked, as hidden objects."""
 
-    def missed_told(self, form: str) -> str:
-        """Return what a target is in the frames that are left out."""
-        guessed = self.guesses > 0 and not marks_guesses(form)
-        return "lost or searched for" + ", or guessed" * guessed
+    @property
+    def missed_told(self) -> str:
+        """What a target is in the frames that are left out."""
+        return "lost or searched for" + ", or guessed" * (self.guesses > 0 and not self.marked)
 
-    def guesses_told(self, form: str) -> str:
-        """Return what has become of guesses in a format, in a few words; "" without any."""
+    @property
+    def guesses_told(self) -> str:
+        """What has become of guesses, in a few words; "" without any."""
         if not self.guesses:
             return ""
-        become = "marked" if marks_guesses(form) else "left out"
+        become = "marked" if self.marked else "left out"
         number = f"{self.guesses} guess{'es' * (self.guesses != 1)}"
         return f"{number} {become} (interpolated, or confidence below {SURE})"
 
@@ -493,11 +496,6 @@ def frames_told(form: str, recorded: Recording) -> str:
             "frames are those of the film."
         )
     return ""
-
-
-def marks_guesses(form: str) -> bool:
-    """Return whether guesses stay in a format, as hidden objects."""
-    return HIDDEN in FORMATS.resolve(form).holds
 
 
 def write(
@@ -526,7 +524,7 @@ def write(
     if form.guess is not None and not guesses:
         told, count = marked(recorded, form.guess)
     kept = certain(told) if form.certain else told
-    if count and marks_guesses(name):
+    if count and HIDDEN in form.holds:
         there = {row.frame for row in kept}
         before = (each for row in recorded if row.frame in there for each in row.objects)
         count = sum(each.guessed for each in before)
@@ -539,7 +537,8 @@ def write(
         write_whole(path, pieces)
     frames = [row.frame + 1 for row in recorded]
     unknown = max([recorded.length, *frames]) - len(frames) if name in ("otb", "vot") else 0
-    return Written(len(recorded.frames) - len(kept.frames), count, unknown)
+    missed = len(recorded.frames) - len(kept.frames)
+    return Written(missed, count, unknown, HIDDEN in form.holds)
 
 
 def check_images(files: Iterable[str]) -> None:

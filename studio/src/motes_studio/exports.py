@@ -163,8 +163,8 @@ def _told(written: registry.Written, form: str, recording: Recording) -> str:
     """Return what of the rows a file has not, or has as something else, and what its tool needs."""
     missed, unknown = counted(written.missed, "frame"), counted(written.unknown, "frame")
     parts = [
-        f"without {missed} in which a target is {written.missed_told(form)}" * bool(written.missed),
-        written.guesses_told(form),
+        f"without {missed} in which a target is {written.missed_told}" * bool(written.missed),
+        written.guesses_told,
         f"called absent: {unknown} without a row" * bool(written.unknown),
         registry.frames_told(form, recording).rstrip("."),
     ]
