@@ -191,7 +191,8 @@ class BackgroundDetector:
                 return []
             self._begin(first, frame)
             self._preview = None  # that was it
-        pixels = self._steady(pixels, FARTHEST if begins else STEP)
+        self._sway.find(pixels, FARTHEST if begins else STEP)
+        pixels = moved(pixels, self._sway.shift, self._background.planes.transpose(1, 2, 0))
         known = self._shifted(self._moved, -1)
         if self._reference.has_moved(pixels) or self._sway.ends:
             self._begin(frame.pixels, frame)
@@ -287,11 +288,6 @@ class BackgroundDetector:
             text = f"there are {len(boxes)} moving patches; only the {LIMIT} largest are taken"
             self._warn(frame, "flood", text)
         return boxes[:LIMIT]
-
-    def _steady(self, pixels: Bytes, step: int) -> Bytes:
-        """Return a frame as it would be if the camera did not sway."""
-        self._sway.find(pixels, step)
-        return moved(pixels, self._sway.shift, self._background.planes.transpose(1, 2, 0))
 
     def _shifted(self, boxes: Sequence[Box], way: int) -> list[Box]:
         """Return boxes as far from their places as the camera sways, to and fro."""

@@ -101,9 +101,14 @@ def _objects(
 ) -> list[tuple[int, Box]]:
     """Return the areas and boxes of the objects in a patch (h, w) of an area, which `whole` bounds.
 
-    It is shared by the objects that are known `inside`, or divided at valleys of its outline.
+    In the place of one known object it is this object. Else it is shared by those that are known
+    `inside`, or divided at valleys of its outline. One that holds several known objects is divided
+    into as many parts or not at all: else an outline with hollows would tear an object apart while
+    another one passes it, and the scene knows better which of them is hidden.
     """
-    if len(inside) > 1 and not np.any(iou(whole, known) > ONE):
+    if np.any(iou(whole, known) > ONE):
+        return [(area, whole)]
+    if len(inside) > 1:
         boxes, seen = shared(patch, whole, known[inside])
         shown = seen > SEEN * areas(boxes)
         if np.count_nonzero(shown) > 1:
@@ -112,7 +117,10 @@ def _objects(
                 for own, box in zip(seen[shown].tolist(), boxes[shown].tolist(), strict=True)
             ]
     parts = divided(patch.view(np.uint8))
-    if len(parts) > 1 and (not len(known) or _plausible(len(parts), whole, known)):
+    low, high = whole[:2], (whole.x + whole.width, whole.y + whole.height)
+    centers = known[:, :2] + known[:, 2:] / 2
+    held = np.count_nonzero(np.all((low < centers) & (centers < high), axis=1))
+    if len(parts) > 1 and held in (0, 1, len(parts)):
         pixels = sum(count for *_, count in parts)
         return [
             (area * count // pixels, Box(whole.x + x, whole.y + y, w, h))
@@ -151,27 +159,6 @@ def shared(patch: Flags, whole: Box, places: Floats) -> tuple[Floats, Floats]:
         means = np.where(counts[:, None] > 0, means, centers)
         centers = np.clip(means, predicted - REACH * half, predicted + REACH * half)
     return np.hstack([centers - half, places[:, 2:]]), counts * float(step**2)
-
-
-def _plausible(parts: int, patch: Box, known: Floats) -> bool:
-    """Return whether a patch may be divided, by the objects known in the frame before, (n, 4).
-
-    A patch in the place of one object is that object. One that holds several known ones is divided
-    into as many parts or not at all: else an outline with hollows would tear an object apart while
-    another one passes it, and the scene knows better which of them is hidden.
-    """
-    if np.any(iou(patch, known) > ONE):
-        return False
-    inside = np.count_nonzero(_holds(patch, known))
-    return inside in (0, 1, parts)
-
-
-def _holds(box: Box, others: Floats) -> Flags:
-    """Return which of other boxes (n, 4) have their centers in a box."""
-    low, high = box[:2], (box.x + box.width, box.y + box.height)
-    centers = others[:, :2] + others[:, 2:] / 2
-    holds: Flags = np.all((low < centers) & (centers < high), axis=1)
-    return holds
 
 
 def divided(patch: Bytes) -> list[list[int]]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from motes.core.callables import optional
 from motes.core.config import Config
-from motes.core.detection import Detection, Detector, DetectorConfig, best
+from motes.core.detection import Detection, Detector, DetectorConfig, usable
 from motes.core.errors import SourceError
 from motes.core.files import lines_of, read_text
 from motes.core.frame import Frame
@@ -144,7 +144,7 @@ class RecordedDetections:
         found = self._frames.get(frame.index, [])
         self._apart, self._last = frame.index - self._last, frame.index
         self._given += len(found)
-        self._unfit += sum(best([each], frame) is None for each in found)
+        self._unfit += sum(not usable(each, frame) for each in found)
         return found
 
     @property
