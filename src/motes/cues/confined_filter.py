@@ -89,7 +89,7 @@ class ConfinedGrid:
 
     def step(self, place: Ellipse) -> float:
         """Return the pixels from one sample to the next for a target of another size."""
-        return self.pixels * 2 * math.sqrt(place.a * place.b) / self.target
+        return self.pixels * place.side / self.target
 
     def label(self, x: float, y: float) -> Spectra:
         """Return the conjugate transform (n, n // 2 + 1) of the response that is to be learned.

@@ -199,7 +199,9 @@ class ScaleFilter(Config, frozen=True):
     @property
     def factors(self) -> Floats:
         """(count,), the compared sizes as factors of the last one."""
-        return _factors(self.count, self.step)
+        steps = np.arange(self.count, dtype=np.float64) - self.count // 2
+        out: Floats = np.power(self.step, steps)
+        return out
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> ScaleModel:
         """Return the filter of a target in an ellipse."""
@@ -252,11 +254,3 @@ class ScaleFilter(Config, frozen=True):
 def _label(count: int) -> NDArray[np.complex128]:
     """Return the conjugate transform (count // 2 + 1,) of the label over sizes."""
     return gaussian(half_frequencies(count), SHARPNESS)
-
-
-@cache
-def _factors(count: int, step: float) -> Floats:
-    """Return the sizes that are compared, (count,), as factors of the last one."""
-    out: Floats = np.power(step, np.arange(count, dtype=np.float64) - count // 2)
-    out.flags.writeable = False
-    return out

@@ -190,12 +190,8 @@ def grid_of(a: float, b: float) -> SampleGrid:
     around = max((width + height) / 2, 2 * LEAST_MARGIN)
     wide, high = width + around, height + around
     pixels = max(math.sqrt(wide * high) / SAMPLES, 1 / FINEST)
-    columns, rows = (_fast(side / pixels / CELL_SIZE) for side in (wide, high))
+    # The Fourier transform is fast on these numbers of cells.
+    columns, rows = (fast_length(max(round(side / pixels / CELL_SIZE), 6)) for side in (wide, high))
     return SampleGrid(
         rows, columns, width * columns * CELL_SIZE / wide, height * rows * CELL_SIZE / high
     )
-
-
-def _fast(cells: float) -> int:
-    """Return the least number from `cells`, and from 6, on whose Fourier transform is fast."""
-    return fast_length(max(round(cells), 6))
