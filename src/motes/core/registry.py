@@ -29,21 +29,11 @@ T = TypeVar("T")
 class Registry(Generic[T]):
     """The implementations of one interface, by name.
 
-    Parameters
-    ----------
-    kind
-        The name of the interface in errors: `cue`.
-    group
-        The group of entry points: `motes.cues`.
-    base
-        The class of every value, or the class that every implementation is a subclass of. A field
-        of a configuration with this type takes any of the latter.
-    own
-        The implementations in motes, by name; also as `module:Class`, to import when needed.
-    tagged
-        Whether values name their implementation by the key `type`, its tag.
-    values
-        Whether the implementations are values of the base, not classes.
+    Errors call it `kind`, such as cue; `group` is that of its entry points, such as motes.cues.
+    With `values`, the implementations are values of the class `base`, else subclasses of it: a
+    field of a configuration with this type takes any of them, and if they are `tagged`, the key
+    `type` names one by its tag. `own` are those in motes, by name; also as `module:Class`, to
+    import when needed.
     """
 
     def __init__(

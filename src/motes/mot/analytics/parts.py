@@ -35,16 +35,9 @@ def whole_of(
     """Return the identities of the parts of the vehicle that an object is of, and its shape.
 
     Parts are in a row along their way, nearly touch and move alike, and all together they have the
-    usual shape, rather than the object alone. If no shape is usual, it is whole.
-
-    Parameters
-    ----------
-    each, tracks
-        The object, and all that are seen in this frame.
-    paths
-        By identity.
-    usual
-        The usual width by height there; None if it is unknown.
+    usual shape, rather than the object alone. `tracks` are all that are seen in this frame, `paths`
+    theirs by identity, and `usual` the usual width by height there. Where that is unknown, the
+    object is whole.
     """
     path, shape = paths[each.identity], each.box.width / each.box.height
     if usual is None:

@@ -101,13 +101,9 @@ def scaled(motion: Floats, scale: float) -> Floats:
 class GlobalMotion:
     """The motion of a camera, picture by picture.
 
-    Raises a MissingDependencyError if OpenCV is not installed.
-
-    Parameters
-    ----------
-    model
-        What a motion is: a similarity, of a camera that pans, turns about its axis and zooms; or a
-        homography, with twice as many unknowns.
+    A motion is a similarity, of a camera that pans, turns about its axis and zooms; or a
+    homography, with twice as many unknowns. Raises a MissingDependencyError if OpenCV is not
+    installed.
     """
 
     def __init__(self, model: Model = "similarity") -> None:

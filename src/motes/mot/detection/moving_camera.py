@@ -38,14 +38,9 @@ class MovingCamera:
 
     A camera of which nothing is known is looked at now and then, and followed while it moves. So
     one that stands still costs little, and what is not exact in a motion does not move its objects.
-    Raises a MissingDependencyError if the camera moves and OpenCV is not installed.
-
-    Parameters
-    ----------
-    detector
-        The detector; all that it has can be asked of this one.
-    moves
-        Whether it is known that the camera moves. It is followed in all frames then.
+    Where it is known that it `moves`, it is followed in all frames. All that the detector has can
+    be asked of this one. Raises a MissingDependencyError if the camera moves and OpenCV is not
+    installed.
 
     Attributes
     ----------
@@ -108,12 +103,8 @@ def corner_shifts(motion: Floats, frame: Frame) -> Floats:
 class PannedDetector:
     """Finds what moves before a background that moves along with the camera (`PannedBackground`).
 
-    Raises a MissingDependencyError if OpenCV is not installed.
-
-    Parameters
-    ----------
-    config
-        The settings of a background; `deviations`, `noise`, `trial`, `least` and `most` count.
+    Of the settings, `deviations`, `noise`, `trial`, `least` and `most` count. Raises a
+    MissingDependencyError if OpenCV is not installed.
     """
 
     def __init__(self, config: BackgroundConfig = BackgroundConfig()) -> None:  # noqa: B008

@@ -84,21 +84,16 @@ class OnnxConfig(DetectorConfig, Config, frozen=True, tag="onnx"):
 class OnnxDetector:
     """Finds the objects that a model has learned. A `Detector`.
 
+    Raises a MissingDependencyError if ONNX Runtime is not installed; a SourceError if the file
+    cannot be read, is no ONNX file, or does not run; and a ConfigError if its input or its outputs
+    have no known form.
+
     Attributes
     ----------
     head
         The form of its outputs.
     classes
         The names of its classes by number.
-
-    Raises
-    ------
-    MissingDependencyError
-        If ONNX Runtime is not installed.
-    SourceError
-        If the file cannot be read, is no ONNX file, or does not run.
-    ConfigError
-        If its input or its outputs have no known form.
     """
 
     def __init__(self, config: OnnxConfig) -> None:

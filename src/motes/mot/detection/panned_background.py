@@ -30,16 +30,9 @@ LEARNED = 250
 class PannedBackground:
     """Separates moving objects from a background before a camera that pans and zooms.
 
-    Raises a MissingDependencyError if OpenCV is not installed.
-
-    Parameters
-    ----------
-    deviations, noise
-        As in `BackgroundConfig`.
-    model
-        What a motion of the camera is; see `GlobalMotion`.
-    trial
-        Seconds for which foreground is not learned; by default it is learned slowly.
+    `deviations` and `noise` are as in `BackgroundConfig`, and so is `trial`; without it, foreground
+    is learned slowly. `model` is what a motion of the camera is; see `GlobalMotion`. Raises a
+    MissingDependencyError if OpenCV is not installed.
     """
 
     motion: Floats | None = None

@@ -99,15 +99,9 @@ class RecordedDetections:
     """Detections in a file as the MOTChallenge writes them, a line for each.
 
     Its numbers, between commas, are frame, an identity that is ignored, x, y, width, height, score,
-    perhaps more; beside -1 the score may be missing. Frames and pixels count from 1. Raises a
-    SourceError if the file cannot be read, or a line is no detection.
-
-    Parameters
-    ----------
-    path
-        The file.
-    end
-        The frame before which the run stops; later detections are left out. None for all.
+    perhaps more; beside -1 the score may be missing. Frames and pixels count from 1. Those from the
+    frame `end` on, at which the run stops, are left out. Raises a SourceError if the file cannot be
+    read, or a line is no detection.
     """
 
     def __init__(self, path: str | Path, end: int | None = None) -> None:
