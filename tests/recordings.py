@@ -2,10 +2,24 @@
 
 import math
 
-from motes import Ellipse, Status
-from motes.formats.recording import FilmFacts, Recording, placed
+from motes import Ellipse, Status, Track
+from motes.formats.recording import UNTIMED, FilmFacts, Recording
 
 FACTS = FilmFacts(source="film.mp4", width=320, height=240, fps=25.0, frames=40)
+
+
+def placed(
+    frame: int,
+    place: Ellipse,
+    identity: int = 1,
+    confidence: float = 1.0,
+    status: Status = Status.TRACKING,
+    label: str | None = None,
+) -> Track:
+    """Return an object that `Recording.of` takes."""
+    return Track(
+        frame, UNTIMED, place, confidence=confidence, status=status, identity=identity, label=label
+    )
 
 
 def turning(frames: int = 40) -> Recording:

@@ -9,10 +9,10 @@ from hypothesis import given, strategies as st
 from motes.core.geometry import Ellipse
 from motes.core.labels import MARKS, guarded, unguarded
 from motes.formats import registry
-from motes.formats.recording import Recording, placed
+from motes.formats.recording import Recording
 from motes_fleet.cluster import state
 from motes_lab import scores
-from recordings import FACTS
+from recordings import FACTS, placed
 
 FORMULAS = ['=HYPERLINK("http://x",A1)', "+1+cmd|' /C calc'!A0", "-2+3", "@SUM(1)", "\t=1", "'=1"]
 

@@ -14,10 +14,11 @@ from motes import Ellipse, Track
 from motes.cli.track_options import KeyframeOptions
 from motes.core.errors import ConfigError, InputError, SourceError
 from motes.formats import registry
-from motes.formats.recording import FilmFacts, placed
+from motes.formats.recording import FilmFacts
 from motes.formats.registry import FORMATS
 from motes.rows.schema import FrameRow, Header
 from motes.rows.writer import JournalWriter
+from recordings import placed
 
 
 class Sample(NamedTuple):

@@ -20,7 +20,8 @@ from crowds import trackeval
 from motes.core.geometry import Ellipse, area, clipped
 from motes.core.track import Status
 from motes.formats import masks, registry
-from motes.formats.recording import FilmFacts, Recording, placed
+from motes.formats.recording import FilmFacts, Recording
+from recordings import placed
 
 WIDTH, HEIGHT, FRAMES = 320, 240, 13
 FACTS = FilmFacts(source="film.mp4", width=WIDTH, height=HEIGHT, fps=10.0, frames=FRAMES)

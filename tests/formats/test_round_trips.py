@@ -19,11 +19,11 @@ from motes.core.labels import unguarded
 from motes.core.track import COLUMNS, Status
 from motes.formats import registry
 from motes.formats.keyframes import keyframes
-from motes.formats.recording import FilmFacts, Recording, placed
+from motes.formats.recording import FilmFacts, Recording
 from motes.formats.shapes import box_of_rectangle
 from motes.formats.visibility import ANGLES, CLASSES, CONFIDENCES, HIDDEN, aspects
 from motes.rows.schema import FrameRow
-from recordings import FACTS, crowd, turning
+from recordings import FACTS, crowd, placed, turning
 
 NAMES = {
     "csv": "a.csv", "jsonl": "a.jsonl", "parquet": "a.parquet", "mot": "a.txt",

@@ -6,11 +6,12 @@ from unittest.mock import patch
 from lens_files import lens_file
 from motes import Ellipse, Status
 from motes.formats import registry
-from motes.formats.recording import FilmFacts, Recording, placed
+from motes.formats.recording import FilmFacts, Recording
 from motes.mot.analytics.lens import Lens
 from motes.rows.schema import ENDING
 from motes.rows.writer import JournalWriter
 from motes_fleet.cluster.table import JobTable
+from recordings import placed
 
 from .campaign import Kind
 from .outcomes import check_finite, outcome, put, scratch

@@ -15,7 +15,6 @@ from typing import Any
 
 import msgspec
 import numpy as np
-from msgspec import structs
 
 from motes import __version__
 from motes.core.errors import FormatError, counted
@@ -26,10 +25,10 @@ from motes.formats.image_names import NO_IMAGE, OF_VIDEO, check_one_film, frame_
 from motes.formats.recording import (
     ANONYMOUS,
     MAX_FRAME,
+    UNTIMED,
     FilmFacts,
     Recording,
     are_samples,
-    placed,
     searched_in,
     sound,
     stride_of,
@@ -278,16 +277,11 @@ def _row(
 ) -> Track:
     mask = masks.mask_runs(each.segmentation, image.height, image.width)
     ellipse, bounds = _place_of(each, image)
-    row = placed(
-        frame,
-        ellipse,
-        _identity(each),
-        each.score,
-        Status.OCCLUDED if _flag(each.attributes, "occluded") else Status.TRACKING,
-        shapes.label_or_none(label, facts.label),
-        bounds,
-    )
-    return sound(structs.replace(row, mask=mask))
+    status = Status.OCCLUDED if _flag(each.attributes, "occluded") else Status.TRACKING
+    return sound(Track(
+        frame, UNTIMED, ellipse, confidence=each.score, status=status, identity=_identity(each),
+        label=shapes.label_or_none(label, facts.label), mask=mask, bounds=bounds,
+    ))  # fmt: skip
 
 
 def _frames(images: list[_Image], known: Mapping[str, int]) -> tuple[dict[int, int], list[str]]:

@@ -26,10 +26,10 @@ from motes.formats.keyframes import KEYFRAME_ERROR, boxes_by_identity, thinned
 from motes.formats.recording import (
     ANONYMOUS,
     MOST_FRAMES,
+    UNTIMED,
     FilmFacts,
     Recording,
     frames_between,
-    placed,
     searched_in,
     sound,
 )
@@ -340,8 +340,10 @@ def _row(shape: Element, frame: int, identity: int, label: str | None) -> Track:
         key = _flag(shape, "keyframe", "1")
         ellipse = _ellipse(shape)
         bounds = None if shape.tag == "ellipse" else box_of_rectangle(ellipse)
-        row = placed(frame, ellipse, identity, 1.0, status, label, bounds)
-        return sound(structs.replace(row, keyframe=key))
+        return sound(Track(
+            frame, UNTIMED, ellipse, status=status, identity=identity, label=label, keyframe=key,
+            bounds=bounds,
+        ))  # fmt: skip
 
 
 def _ellipse(shape: Element) -> Ellipse:

@@ -19,7 +19,7 @@ from motes.core.geometry import Ellipse, as_ellipse
 from motes.core.track import Status, Track
 from motes.core.types import Floats
 from motes.correction.keyframes import read_keyframes
-from motes.formats.recording import FilmFacts, Recording, placed, sound
+from motes.formats.recording import UNTIMED, FilmFacts, Recording, sound
 from motes.formats.shapes import Corners, visible_box
 from motes.formats.text import at
 from motes.formats.visibility import check_identities
@@ -159,7 +159,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     for frame, region in marks.items():
         with at(f"frame {frame}"):
             if region is not None:
-                objects.append(sound(placed(frame, as_ellipse(region))))
+                objects.append(sound(Track(frame, UNTIMED, as_ellipse(region))))
     found = Recording.of(facts, objects, dict.fromkeys(marks))
     if not any(isinstance(region, Ellipse) for region in marks.values()):
         return replace(found, listed=True, notes=[CORNER])

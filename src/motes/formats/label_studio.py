@@ -16,7 +16,7 @@ from typing import Annotated, Any, Self
 
 import msgspec
 import numpy as np
-from msgspec import Meta, structs
+from msgspec import Meta
 
 from motes import __version__
 from motes.core.errors import FormatError, counted
@@ -26,10 +26,10 @@ from motes.core.track import Track
 from motes.core.types import Floats
 from motes.formats.keyframes import KEYFRAME_ERROR, boxes_by_identity, thinned
 from motes.formats.recording import (
+    UNTIMED,
     FilmFacts,
     Recording,
     frames_between,
-    placed,
     rate_of,
     sound,
 )
@@ -197,10 +197,10 @@ def read(path: Path, facts: FilmFacts) -> Recording:
             if len({key.frame for key in region.value.sequence}) < len(region.value.sequence):
                 raise ValueError("it has two keyframes in one frame")
             for frame, (ellipse, key) in _frames(region.value, facts, clock).items():
-                row = placed(
-                    frame, ellipse, identity, label=label, bounds=box_of_rectangle(ellipse)
-                )
-                objects.append(structs.replace(row, keyframe=key))
+                objects.append(Track(
+                    frame, UNTIMED, ellipse, identity=identity, label=label, keyframe=key,
+                    bounds=box_of_rectangle(ellipse),
+                ))  # fmt: skip
     times = {} if rate else {key.frame - 1: key.time for key in keys if key.time is not None}
     if not facts.fps:
         facts = replace(facts, fps=rate)
@@ -337,4 +337,4 @@ def _ellipse(numbers: Floats, facts: FilmFacts) -> Ellipse:
     cos, sin = math.cos(theta), math.sin(theta)
     left, top = x / 100 * facts.width, y / 100 * facts.height
     center = left + a * cos - b * sin - 0.5, top + a * sin + b * cos - 0.5
-    return sound(placed(0, Ellipse(*center, a, b, theta))).ellipse
+    return sound(Track(0, UNTIMED, Ellipse(*center, a, b, theta))).ellipse

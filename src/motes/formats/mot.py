@@ -22,7 +22,7 @@ from motes.core.files import check_ended, lines_of, read_text
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.correction.keyframes import BOXES
-from motes.formats.recording import ANONYMOUS, MAX_FRAME, FilmFacts, Recording, placed
+from motes.formats.recording import ANONYMOUS, MAX_FRAME, UNTIMED, FilmFacts, Recording
 from motes.formats.shapes import label_or_none
 from motes.formats.text import at, fields_of, number
 from motes.formats.visibility import shown, visible
@@ -165,13 +165,14 @@ def _objects(
     for frame, identity, x, y, width, height, score, label, share in lines:
         if kind != "detections" and identity < ANONYMOUS:
             raise FormatError(f"{identity:.0f} is no identity; they count from 0, and -1 is none")
-        yield placed(
+        yield Track(
             int(frame) - 1,
+            UNTIMED,
             Ellipse.from_box((x - 1, y - 1, width, height)),
-            ANONYMOUS if kind == "detections" else int(identity),
-            score if 0 <= score <= 1 else 1.0,
-            Status.OCCLUDED if share == 0 else Status.TRACKING,
-            label_or_none(_class_name(int(label), names), usual),
+            confidence=score if 0 <= score <= 1 else 1.0,
+            status=Status.OCCLUDED if share == 0 else Status.TRACKING,
+            identity=ANONYMOUS if kind == "detections" else int(identity),
+            label=label_or_none(_class_name(int(label), names), usual),
         )
 
 

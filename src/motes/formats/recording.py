@@ -14,9 +14,9 @@ from msgspec import structs
 
 from motes.core.errors import ConfigError, FormatError
 from motes.core.frame import FRAME_INTERVAL
-from motes.core.geometry import FARTHEST, Box, Ellipse
+from motes.core.geometry import FARTHEST
 from motes.core.labels import check_label
-from motes.core.track import Status, Track
+from motes.core.track import Track
 from motes.rows.schema import FrameRow, Header, text_name
 
 MAX_FRAME = 10_000_000
@@ -29,6 +29,8 @@ UNKNOWN = "unknown"
 """The name of a film that is not given."""
 ANONYMOUS = -1
 """Identity of a detection: which object it shows is not known."""
+UNTIMED = math.nan
+"""The time of an object until `Recording.of` gives it that of its frame."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -291,25 +293,6 @@ def _between(
     late = [round(known[frame] - facts.time(frame), 6) for frame in places]
     by = np.interp(frames, places, late).tolist() if places else [0.0] * len(frames)
     return {frame: facts.time(frame) + each for frame, each in zip(frames, by, strict=True)}
-
-
-def placed(
-    frame: int,
-    ellipse: Ellipse,
-    identity: int = 1,
-    confidence: float = 1.0,
-    status: Status = Status.TRACKING,
-    label: str | None = None,
-    bounds: Box | None = None,
-) -> Track:
-    """Return an object in a frame whose time `Recording.of` adds.
-
-    `bounds` is the upright box around it, if it is another than that around its ellipse.
-    """
-    return Track(
-        frame, math.nan, ellipse, confidence=confidence, status=status, identity=identity,
-        label=label, bounds=bounds,
-    )  # fmt: skip
 
 
 def sound(each: Track) -> Track:

@@ -31,7 +31,7 @@ from motes.core.errors import FormatError, counted
 from motes.core.files import check_ended, lines_of, read_text
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Track
-from motes.formats.recording import FilmFacts, Recording, placed, sound
+from motes.formats.recording import UNTIMED, FilmFacts, Recording, sound
 from motes.formats.text import any_number, at, fields_of
 
 Kind = Literal["otb", "vot", "lasot", "got10k"]
@@ -114,7 +114,7 @@ def read(kind: Kind, path: Path, facts: FilmFacts) -> Recording:
             ellipse = Ellipse(x - first, y - first, *rest)
             x, y, *sides = region.box
             bounds = Box(x - first, y - first, *sides)
-            objects.append(sound(placed(frame, ellipse, bounds=bounds)))
+            objects.append(sound(Track(frame, UNTIMED, ellipse, bounds=bounds)))
     masks = sum(line.lstrip().startswith("m") for line in lines_of(text))
     left_out = [f"the pixels of {counted(masks, 'mask')}, but for box and ellipse"] * bool(masks)
     times = dict.fromkeys(range(len(regions)))

@@ -25,7 +25,7 @@ from motes.core.files import lines_of, read_text
 from motes.core.geometry import Ellipse
 from motes.core.track import Track
 from motes.formats.image_names import frame_of, images_of, note_on_names
-from motes.formats.recording import ANONYMOUS, FilmFacts, Recording, placed, sound
+from motes.formats.recording import ANONYMOUS, UNTIMED, FilmFacts, Recording, sound
 from motes.formats.shapes import image_of, label_or_none, labels_of, stem_of, visible_box
 from motes.formats.text import at, number, whole
 from motes.formats.visibility import visible
@@ -190,8 +190,9 @@ def _row(
         raise ValueError(f"there is no class {label}; the file of names has {len(names)}")
     name = label_or_none(names.get(number_of_class, f"class {number_of_class}"), facts.label)
     confidence = more[0] if more else 1.0
-    row = placed(frame, Ellipse.from_box(box), identity, confidence, label=name)
-    return sound(row)
+    return sound(Track(
+        frame, UNTIMED, Ellipse.from_box(box), confidence=confidence, identity=identity, label=name
+    ))  # fmt: skip
 
 
 def _labels(folder: Path) -> Path:
