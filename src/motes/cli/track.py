@@ -108,11 +108,10 @@ def track(
         return track_between(asked, marks, region)
 
     from motes.cli.track_frames import track_one, track_several
-    from motes.sot.tracker import Tracker
 
     if len(regions := target.regions()) > 1:
         return track_several(asked, regions)
-    return track_one(asked, Tracker(config, values.seed), begin, outputs.figures)
+    return track_one(asked, begin, outputs.figures)
 
 
 def _check_fitting(

@@ -34,10 +34,9 @@ LISTED = 6
 """Most losses and recoveries that are listed."""
 
 
-def track_one(
-    asked: Request[TrackerConfig], tracker: Tracker, begin: Begin, figures: Path | None
-) -> int:
+def track_one(asked: Request[TrackerConfig], begin: Begin, figures: Path | None) -> int:
     """Track one object, with the figures of the papers in a folder; return the exit code."""
+    tracker = Tracker(asked.config, asked.seed)
     chooses = isinstance(tracker.config, ParticleFilter) and tracker.config.budget is not None
     moments, tally = partial(follow, tracker, begin), TargetTally(budget=chooses)
     return _tracked(asked, moments, TargetPainter(metres=asked.units is not None), tally, figures)
@@ -86,7 +85,7 @@ def _tracked(
 
 
 def follow(
-    tracker: Tracker, begin: Begin, frames: Iterable[Frame], motion: GroundMotion | None = None
+    tracker: Tracker, begin: Begin, frames: Iterable[Frame], motion: GroundMotion | None
 ) -> Generator[Moment, None, None]:
     """Yield a moment for each frame, with the place on the ground where motion is measured."""
     begun = False

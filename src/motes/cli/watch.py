@@ -31,7 +31,7 @@ from motes.core.errors import ConfigError
 if TYPE_CHECKING:
     from motes.cli.frame_loop import Sink
     from motes.cli.input_checks import RowsGoal
-    from motes.core.detection import Detector, DetectorConfig
+    from motes.core.detection import Detector
     from motes.mot.scene_config import WatchConfig
 
 app = App(
@@ -187,18 +187,21 @@ def _detector(objects: ObjectOptions, config: WatchConfig, end: int | None) -> D
         detector = RecordedDetections(config.detector.file, end)
     else:
         detector = config.detector.detector()
-    check_classes(detector, config.detector, config.detections.classes)
-    check_least(config.detector, config.detections.least)
+    _check_selection(detector, config)
     return detector
 
 
-def check_classes(detector: Detector, kind: DetectorConfig, wanted: Sequence[str]) -> None:
-    """Check that a detector can find some classes; else a ConfigError. A callable may find any."""
+def _check_selection(detector: Detector, config: WatchConfig) -> None:
+    """Check that a detector can find the wanted classes, and have the least score.
+
+    A callable may find any class, and has scores of its own. Else raises a ConfigError.
+    """
     from motes.core.detection import class_names
     from motes.mot.detection.background import BackgroundConfig
     from motes.mot.detection.onnx_detector import OnnxConfig
     from motes.mot.detection.pretrained import FacesConfig, PeopleConfig, RecordedConfig
 
+    kind, wanted, least = config.detector, config.detections.classes, config.detections.least
     if wanted and isinstance(kind, BackgroundConfig | FacesConfig | PeopleConfig | RecordedConfig):
         raise ConfigError("--classes: This detector knows no classes; give a trained one.")
     known = class_names(detector)
@@ -212,13 +215,6 @@ def check_classes(detector: Detector, kind: DetectorConfig, wanted: Sequence[str
                 f"--classes: {kind.file} does not name its classes; give their numbers, or their "
                 f"names as classes in a TOML file beside it."
             )
-
-
-def check_least(kind: DetectorConfig, least: float | None) -> None:
-    """Check the least score for detectors with scores from 0 to 1; others may have any."""
-    from motes.mot.detection.background import BackgroundConfig
-    from motes.mot.detection.onnx_detector import OnnxConfig
-
     shares = isinstance(kind, BackgroundConfig | OnnxConfig)
     if shares and least is not None and not 0 <= least <= 1:
         raise ConfigError(f"--least is {least:g}; this detector has scores from 0 to 1.")
