@@ -21,7 +21,7 @@ from msgspec.structs import replace
 from motes.core.config import Config
 from motes.core.errors import ConfigError
 from motes.core.geometry import Ellipse
-from motes.core.track import GROUND, ROUNDING, Status, Track, finite
+from motes.core.track import GROUND, ROUNDING, SURE, Status, Track, finite
 from motes.core.types import Floats
 from motes.mot.analytics.ground_plane import Ground, Point
 from motes.mot.analytics.lens import Lens
@@ -190,9 +190,9 @@ def seen_in(units: RealUnits, track: Track | None) -> Seen | None:
 
     A bridge over frames in which it was lost counts where the target is rather there than not.
     """
-    if track is None or track.status not in (Status.TRACKING, Status.INTERPOLATED):
+    if track is None or not track.visible:
         return None
-    if track.status is Status.INTERPOLATED and track.confidence < 0.5:
+    if track.status is Status.INTERPOLATED and track.confidence < SURE:
         return None
     found = place_of(units, track)
     return None if found is None else Seen(track.time, *found)

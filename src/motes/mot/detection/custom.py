@@ -59,9 +59,7 @@ def _detector(name: str, found: Callable[..., Any]) -> Callable[[Frame], Any]:
     """Return a callable that takes a frame, or what one without arguments makes."""
     try:
         inspect.signature(found).bind()
-    except TypeError:
-        return found
-    except ValueError:  # a compiled function has no signature
+    except (TypeError, ValueError):  # it needs arguments, or is compiled and has no signature
         return found
     made = found()
     if not callable(made):

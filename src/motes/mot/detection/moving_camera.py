@@ -71,22 +71,18 @@ class MovingCamera:
 
     def glance(self, frame: Frame) -> None:
         """Look at the camera alone, in a frame at which the detector does not look."""
-        self.motion = None if self._camera is None else self._motion(self._camera, frame)
-
-    def _motion(self, camera: GlobalMotion, frame: Frame) -> Floats | None:
-        """Return the camera's motion to a frame, if it is followed there."""
-        turn = self._frames % LOOK
+        self.motion, turn = None, self._frames % LOOK
         self._frames += 1
-        if not self._followed:
-            if turn > 1:
-                return None
-            if turn == 0:
-                camera.forget()  # its last picture is some frames old
-        motion = camera.update(frame.pixels, self._boxes)
+        if self._camera is None or (turn > 1 and not self._followed):
+            return
+        if turn == 0 and not self._followed:
+            self._camera.forget()  # its last picture is some frames old
+        motion = self._camera.update(frame.pixels, self._boxes)
         self._followed = max(self._followed - 1, 0)
         if motion is not None and corner_shifts(motion, frame).max() > STILL:
             self._followed = max(self._followed, 2 * LOOK)
-        return motion if self._followed else None
+        if self._followed:
+            self.motion = motion
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._detector, name)
