@@ -108,23 +108,16 @@ class TrackInitiation(msgspec.Struct, frozen=True):
     ) -> tuple[TrackInitiation, list[tuple[Detection, Tentative]]]:
         """Return the tentative tracks after a frame, and the detections that become objects.
 
-        Each comes with its tentative track up to it.
+        Each comes with its tentative track up to it. The `free` detections belong to no object, and
+        `overlap` is their least intersection over union with where they should be. Those with
+        `min_hits` hits become objects, and are no candidates any more, if one of these is sure
+        enough; one hit less will do if it is surer than those that nothing confirms. A detection
+        with one of the lowest scores that confirms nothing is no candidate.
 
         Parameters
         ----------
-        time
-            Of the frame, in seconds.
-        free
-            The detections that belong to no object.
         places
             (n, 4), the boxes of all objects.
-        overlap
-            Least intersection over union of a detection with where it should be.
-        config
-            Detections with `min_hits` hits become objects, and are no candidates any more, if one
-            of these is sure enough; one hit less will do if it is surer than those that nothing
-            confirms. A detection with one of the lowest scores that confirms nothing is no
-            candidate.
         """
         before = self.candidates
         boxes = as_rows(each.box for each in free)

@@ -128,15 +128,8 @@ MARGIN = 7
 class SelectiveUpdate:
     """Keeps for each pixel what it showed when it was last background.
 
-    Parameters
-    ----------
-    planes
-        (3, H, W), the first picture.
-    time
-        Its time in seconds.
-    trial, patience
-        Seconds for which a pixel of the foreground is not learned, outside and inside the boxes of
-        known objects.
+    It begins with a picture (3, H, W) and its time. A pixel of the foreground is not learned for
+    `trial` seconds, and inside the boxes of known objects for `patience`.
     """
 
     def __init__(self, planes: Planes, time: float, trial: float, patience: float) -> None:
@@ -148,16 +141,8 @@ class SelectiveUpdate:
     ) -> Planes:
         """Return the picture to learn: the frame, and old pixels where its foreground is.
 
-        Parameters
-        ----------
-        planes
-            (3, H, W), the frame.
-        foreground
-            (H, W) of 0 and 1.
-        time
-            Of the frame, in seconds.
-        known
-            Boxes of objects that have moved.
+        The frame is (3, H, W), its foreground (H, W) of 0 and 1, and its time in seconds. `known`
+        are the boxes of objects that have moved.
         """
         inside = np.zeros_like(foreground)
         for x, y, width, height in known:

@@ -47,21 +47,14 @@ SEEN = 0.25
 
 
 def blobs(mask: Bytes, least: float, known: Sequence[Box] = ()) -> list[Box]:
-    """Return the boxes of the objects in a mask (H, W) of 0 and 1, the largest first.
+    """Return the boxes of the objects in a mask (H, W), 1 where the foreground is, largest first.
 
     First holes are filled, as through an object's windows one sees the background: a thin roof over
     them is no speck. Then specks are removed, then patches that are near to each other are
     connected, then patches that are too small are left out, and the others divided between the
-    objects that are known there, or between their heads.
-
-    Parameters
-    ----------
-    mask
-        1 where the foreground is.
-    least
-        Smallest area of an object, as a share of the mask.
-    known
-        Boxes where known objects should be; they also decide whether a division is right.
+    objects that are known there, or between their heads. `least` is the smallest area of an object,
+    as a share of the mask. The boxes where `known` objects should be also decide whether a division
+    is right.
     """
     clean, labels, parts = _patches(mask)
     places, smallest = as_rows(known), round(least * mask.size)
@@ -132,17 +125,10 @@ def _objects(
 def shared(patch: Flags, whole: Box, places: Floats) -> tuple[Floats, Floats]:
     """Return where objects are in a patch that holds them, and the pixels of each: (n, 4), (n,).
 
-    Each pixel belongs to the object whose center is nearest, in half sides of its box, and each
-    center moves to the mean of its pixels (k-means). The sizes stay: those in a patch are not seen.
-
-    Parameters
-    ----------
-    patch
-        1 where the foreground is, (h, w).
-    whole
-        The box of the patch.
-    places
-        (n, 4), boxes where the objects should be.
+    The patch is (h, w), 1 where the foreground is, and `whole` its box; `places` (n, 4) are boxes
+    where the objects should be. Each pixel belongs to the object whose center is nearest, in half
+    sides of its box, and each center moves to the mean of its pixels (k-means). The sizes stay:
+    those in a patch are not seen.
     """
     step = max(1, math.isqrt(np.count_nonzero(patch) // SAMPLES))
     middle = step // 2  # of the squares of which each gives a pixel

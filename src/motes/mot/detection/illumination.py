@@ -19,15 +19,10 @@ OUTLINE = 5
 
 
 class Background:
-    """A picture of the background, with what frames are compared with.
+    """A picture of the background, (3, H, W), with what frames are compared with.
 
-    Parameters
-    ----------
-    planes
-        (3, H, W), the picture.
-    noise
-        A pixel with a color between the smallest and the largest of its neighborhood is background,
-        with this margin in gray levels: a camera that trembles moves colors by a pixel.
+    A pixel with a color between the smallest and the largest of its neighborhood is background,
+    with a margin of `noise` gray levels: a camera that trembles moves colors by a pixel.
     """
 
     def __init__(self, planes: Planes, noise: float) -> None:
@@ -46,7 +41,8 @@ def without_light(
     """Return a mask without the pixels that differ from the background by their light alone.
 
     Colors and gradients are means over 3 x 3 pixels, since noise changes single ones, and the
-    gradients of green are compared over 5 x 5 pixels of the mask.
+    gradients of green are compared over 5 x 5 pixels of the mask. `limits` are what another light
+    may change, see `BackgroundConfig`; if `shadow` is 1, it changes nothing.
 
     Parameters
     ----------
@@ -54,10 +50,6 @@ def without_light(
         (H, W) of 0 and 1, the pixels that differ from the background.
     planes
         (3, H, W), the frame.
-    background
-        The background.
-    limits
-        What another light may change, see `BackgroundConfig`; if `shadow` is 1, it changes nothing.
     """
     if limits.shadow == 1:
         return mask

@@ -36,15 +36,10 @@ def tell_apart(
     each frame, the objects of the group that are seen clear are assigned to all of its identities,
     also to those that are hidden or still covered; these then are who is left.
 
-    Parameters
-    ----------
-    objects, free
-        The objects, and the detections that belong to none: somebody unknown may stand there.
-    number
-        How many frames there have been before, which tells whose turn it is. Indices do not: a
-        stride leaves some out, and so perhaps always the same objects' turns.
-    touching
-        Objects touch if one covers more than this share of another.
+    In the `free` detections, which belong to none, somebody unknown may stand. `number` is how many
+    frames there have been before, which tells whose turn it is. Indices do not: a stride leaves
+    some out, and so perhaps always the same objects' turns. Objects touch if one covers more than
+    the share `touching` of another.
     """
     after, clear = _seen(objects, free, frame, number, touching)
     for group in _groups(after):
