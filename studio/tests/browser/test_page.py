@@ -1,6 +1,6 @@
 """The page itself: its protocol, films, many objects, accessibility, and what may go wrong."""
 
-from itertools import pairwise
+from itertools import combinations, pairwise
 from pathlib import Path
 from typing import Any, get_args
 
@@ -9,6 +9,7 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import BrowserContext
 
 from browsers import CORNERS, FRAMES, START, Shown, film
+from motes import Box
 from motes_studio import commands, messages, protocol
 from studios import SLOW, Program
 
@@ -104,6 +105,39 @@ def test_rows_come_back_by_import(shown: Shown, tmp_path: Path) -> None:
     assert download.value.suggested_filename.endswith(".csv.run.json")
     page.keyboard.press("Escape")
     shown.until(f"s.rows.get(2)?.filter(Boolean).length === {FRAMES}")
+
+
+def test_a_page_that_is_loaded_again_shows_the_same_frame(shown: Shown) -> None:
+    """It began at the first frame; a link to a session leads to a frame, too."""
+    page = shown.page
+    session = shown.open()
+    shown.go(20)
+    shown.wait(f"location.hash === '#{session}/20'")
+    page.reload()
+    shown.until("s.pictured === 20")
+    shown.go(21)
+    shown.wait(f"location.hash === '#{session}/21'")
+    page.evaluate(f"location.hash = '#{session}/999'")
+    shown.until(f"s.pictured === {FRAMES - 1}")
+    page.locator("#brand").click()
+    shown.wait("location.hash === '' && !document.getElementById('home').hidden")
+
+
+def test_names_do_not_hide_each_other(shown: Shown) -> None:
+    """Where objects were near to each other, only the last name could be read."""
+    places = shown.page.evaluate(
+        "import('/static/layers.js').then(({ drawLabel }) => { const names = [];"
+        "const context = document.createElement('canvas').getContext('2d');"
+        "for (const x of [100, 105, 120, 100]) "
+        "drawLabel(context, [x, 60, 20, 20], 'Object 1', { color: '#fff', scale: 1 }, names);"
+        "return names.map(({ left, low, width, height }) => [left, low - height, width, height]);"
+        "})"
+    )
+    boxes = [Box(*each) for each in places]
+    assert len(boxes) == 4
+    for one, other in combinations(boxes, 2):
+        apart_x = abs(one.x - other.x) >= one.width
+        assert apart_x or abs(one.y - other.y) >= one.height
 
 
 def test_the_ground_has_the_metres_that_are_typed(shown: Shown) -> None:

@@ -45,21 +45,29 @@ function windowOf(context) {
   return [left, top, right, bottom];
 }
 
-/** Return the left and the lower end of a name over a region: all of it is within the window. */
-export function placeOfLabel([x, y, a, b, theta], [width, height], [left, top, right, bottom], gap) {
-  const above = y - Math.hypot(a * Math.sin(theta), b * Math.cos(theta)) - gap;
-  return [
-    Math.max(left, Math.min(x - width / 2, right - width)),
-    Math.max(top + height, Math.min(above, bottom)),
-  ];
+const ROWS = 5; // of names over a region, and under it, that are tried
+
+/**
+ * Return the left and the lower end of a name over a region, else under it, within the window and upon no other name.
+ * In a crowd, where there is no such place, it is over the region.
+ */
+function placeOfLabel([x, y, a, b, theta], [width, height], [left, top, right, bottom], gap, names) {
+  const high = Math.hypot(a * Math.sin(theta), b * Math.cos(theta)) + gap;
+  const start = Math.max(left, Math.min(x - width / 2, right - width));
+  const rows = Array.from({ length: ROWS }, (_, row) => [y - high - row * height, y + high + (row + 1) * height]);
+  const places = rows.flat().map((low) => [start, Math.max(top + height, Math.min(low, bottom))]);
+  const hides = ([at, low]) => names.some((other) =>
+    at < other.left + other.width && other.left < at + width && low - height < other.low && other.low - other.height < low);
+  return places.find((place) => !hides(place)) ?? places[0];
 }
 
-/** Draw a name beside a region; the text keeps its size on the screen. */
-export function drawLabel(context, region, text, { color, scale }) {
+/** Draw a name beside a region, upon none of `names`, to which it is added; the text keeps its size on the screen. */
+export function drawLabel(context, region, text, { color, scale }, names = []) {
   context.font = `600 ${12 / scale}px system-ui, sans-serif`;
   const width = context.measureText(text).width + 8 / scale;
   const height = 17 / scale;
-  const [left, low] = placeOfLabel(asEllipse(region), [width, height], windowOf(context), 6 / scale);
+  const [left, low] = placeOfLabel(asEllipse(region), [width, height], windowOf(context), 6 / scale, names);
+  names.push({ text, left, low, width, height });
   context.fillStyle = "rgba(10, 12, 15, 0.78)";
   context.beginPath();
   context.roundRect(left, low - height, width, height, 3 / scale);

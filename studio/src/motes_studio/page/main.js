@@ -2,7 +2,7 @@
 
 import { Actions } from "./actions.js";
 import { announce } from "./announce.js";
-import { button, element, fillAnew, loadIcons } from "./dom.js";
+import { button, calm, element, fillAnew, loadIcons } from "./dom.js";
 import { Connection } from "./connection.js";
 import { plural } from "./derived.js";
 import { makeDialogs } from "./dialogs.js";
@@ -93,18 +93,24 @@ function titleOf({ name, width, height, frames, problems }, connected) {
   ];
 }
 
-/** The address names the session: #id, or nothing for the first page. */
+/** The address names the session and the frame that is seen: #id/frame, or nothing for the first page. */
 function route() {
-  const id = decodeURIComponent(location.hash.slice(1));
+  const [id, frame] = decodeURIComponent(location.hash.slice(1)).split("/");
   app.connection?.close();
   app.connection = null;
   pictures.clear();
-  store.set(freshSession());
+  store.set({ ...freshSession(), frame: Math.max(0, parseInt(frame) || 0) });
   part("home").hidden = Boolean(id);
   part("session").hidden = !id;
   if (id) app.connection = new Connection(store, id);
   refreshHome(app);
 }
+
+/** What is loaded again, or sent to another person, begins at this frame. Browsers refuse many changes in a second. */
+store.on(["frame", "session"], calm(() => {
+  const { session, frame } = store.state;
+  if (session && location.hash.startsWith(`#${session.id}`)) history.replaceState(null, "", `#${session.id}/${frame}`);
+}, 500));
 
 addEventListener("hashchange", route);
 await loadIcons();

@@ -63,13 +63,14 @@ function paintOver(canvas, state, view) {
   context.translate(view.x + scale / 2, view.y + scale / 2);
   context.scale(scale, scale);
   const size = scale / textScale(); // lines and names grow with the text of the page
-  for (const item of shownItems(state)) paintItem(context, state, item, frame, size);
-  paintScene(context, state, frame, size);
+  const names = []; // that are drawn
+  for (const item of shownItems(state)) paintItem(context, state, item, frame, size, names);
+  paintScene(context, state, frame, size, names);
   paintPlaces(context, state, size);
   paintDraft(context, state, size);
 }
 
-function paintItem(context, state, item, frame, scale) {
+function paintItem(context, state, item, frame, scale, names) {
   const { shown: wanted, draft, selected, looked } = state;
   const style = { color: item.color, scale, dash: dashes(placeOf(state, item)) };
   const row = rowOf(state, item.object, frame);
@@ -90,7 +91,7 @@ function paintItem(context, state, item, frame, scale) {
   }
   if (wanted.has("labels")) {
     const note = drawn ? " ◆" : sure ? "" : ` (${row.status})`;
-    layers.drawLabel(context, region, item.name + note, style);
+    layers.drawLabel(context, region, item.name + note, style, names);
   }
   const own = regionOf(state, item, frame); // what is dragged; a run's newest ellipse is not
   if (own && item.object === selected && state.tool === "select") {
@@ -110,14 +111,14 @@ function paintCovariance(context, row, overlay, style) {
   }
 }
 
-function paintScene(context, { scene, shown: wanted }, frame, scale) {
+function paintScene(context, { scene, shown: wanted }, frame, scale, names) {
   for (const object of scene[frame]?.objects ?? []) {
     const style = { color: trackColor(object.id), scale, dash: dashes(object.id) };
     const region = [object.x, object.y, object.width, object.height];
     const hidden = object.occluded_by !== null || object.status !== "tracking";
     if (wanted.has("ellipse")) layers.drawRegion(context, region, { ...style, width: hidden ? 1 : 2 });
     if (wanted.has("labels")) {
-      layers.drawLabel(context, region, `${object.id}${object.label ? ` ${object.label}` : ""}`, style);
+      layers.drawLabel(context, region, `${object.id}${object.label ? ` ${object.label}` : ""}`, style, names);
     }
     if (wanted.has("trails")) paintSceneTrail(context, scene, object.id, frame, style);
   }
