@@ -15,7 +15,7 @@ from studios import SLOW, Program
 
 pytestmark = pytest.mark.slow
 
-SIZES = [(1280, 720), (3840, 2160), (1024, 700), (800, 600)]
+SIZES = [(1280, 720), (3840, 2160), (1024, 700), (800, 600), (390, 844)]
 CUT = """() => [...document.querySelectorAll('button, select, input, label, h2, .caption')]
     .filter((one) => one.checkVisibility() && !one.closest('.unseen') && !one.matches('.unseen'))
     .filter((one) => { const { left, right, width } = one.getBoundingClientRect();
