@@ -294,6 +294,8 @@ def test_every_format_that_is_written_is_read_back(
         page.until(lambda new=new: page.has(new))  # type: ignore[misc]
         item = page.item(new)
         assert item.tracked is (form != "keyframes")
+        note = both.get("command", object=new).json()["note"]
+        assert note.startswith("Rows of this object are from a file") is item.tracked
         if form == "keyframes":
             assert len(item.keyframes) > 1
             assert (item.first, item.last, item.absent) == (0, FRAMES - 1, ((30, 33),))

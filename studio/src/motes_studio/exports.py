@@ -29,15 +29,17 @@ DEFAULT_NAME = re.compile(r"object \d+", re.IGNORECASE)
 """The name that the studio gives to an object."""
 NUMBERED = re.compile(r"( \(\d+\))+$")
 """What it adds to the name of an object that is split, or one of several in a file."""
+FROM_FILE = "Rows of this object are from a file; this command tracks it between its keyframes."
 
 
 class Reproduction(msgspec.Struct, frozen=True):
     """How a run is repeated."""
 
     command: str
-    """The command line."""
     files: dict[str, str]
     """The files that it names; and the whole configuration, in `tracker.toml` or `watch.toml`."""
+    note: str = ""
+    """In what the rows on the page are others; empty if they are the same."""
 
 
 def class_of(name: str) -> str:
@@ -202,7 +204,7 @@ def history_file(target: DrawnTarget, film: OpenFilm) -> bytes:
 
 
 def command_of(target: DrawnTarget, film: OpenFilm) -> Reproduction:
-    """Return the command line that tracks an object again, to the byte."""
+    """Return the command line that tracks an object again; all that motes tracked to the byte."""
     words = ["motes", "track", film.name]
     if target.first:
         words += ["--start", str(target.first)]
@@ -218,7 +220,7 @@ def command_of(target: DrawnTarget, film: OpenFilm) -> Reproduction:
         words += ["--config", "motes.toml"]
         files["motes.toml"] = target.config
     words += ["--seed", str(target.seed), "-o", "rows.csv"]
-    return Reproduction(shlex.join(words), files)
+    return Reproduction(shlex.join(words), files, FROM_FILE * bool(target.imported))
 
 
 def watch_command(film: OpenFilm, watch: Watch, places: Places) -> Reproduction:

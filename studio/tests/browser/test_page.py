@@ -56,10 +56,12 @@ def test_films_come_by_upload_and_drop(shown: Shown, tmp_path: Path) -> None:
         const film = await (await fetch('/static/logo.svg')).blob();
         const dropped = new DataTransfer();
         dropped.items.add(new File([film], 'picture.svg'));
+        dropped.items.add(new File([film], 'other.svg'));
         document.dispatchEvent(new DragEvent('drop', { dataTransfer: dropped, bubbles: true }));
     }"""
     )
     page.get_by_role("alert").get_by_text("picture.svg was not taken").wait_for()
+    page.get_by_role("alert").get_by_text("Only picture.svg is sent").wait_for()
 
 
 def test_rows_come_while_a_run_goes_on_which_is_stopped(shown: Shown) -> None:

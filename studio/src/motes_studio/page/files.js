@@ -87,8 +87,8 @@ export async function showCommand({ store }) {
   if (scene.length || selected === null) addresses.push(base); // that of all that moves
   const runs = await Promise.all(addresses.map((address) => tried(ask(address))));
   if (runs.includes(null)) return;
-  show("The same run on the command line", runs.flatMap(({ command, files }) =>
-    [block("Command", command), ...Object.entries(files).map(([name, text]) => block(name, text))]));
+  show("The same run on the command line", runs.flatMap(({ command, files, note }) =>
+    [note ? element("p", {}, note) : null, block("Command", command), ...Object.entries(files).map(([name, text]) => block(name, text))]));
 }
 
 function block(title, text) {

@@ -121,8 +121,9 @@ function dropZone(app) {
   document.addEventListener("drop", (event) => {
     event.preventDefault();
     mark(false);
-    const [dropped] = event.dataTransfer.files;
+    const [dropped, ...others] = event.dataTransfer.files;
     if (dropped) upload(dropped);
+    if (others.length) announce(`Only ${dropped.name} is sent; drop one film at a time.`, "error");
   });
 
   async function upload(film) {
