@@ -113,7 +113,7 @@ class EventCounter:
         self._seen: dict[int, Track] = {}
         self._paths: dict[int, Trajectory] = {}
         self._present = set[int]()
-        self._brief = set[tuple[str, int]]()
+        self._brief = set[tuple[str, int]]()  # places and identities that `left_out` counts so
         self._ended: list[Trajectory] = []
         self._turn = 0
         self.counts, self.totals = Counter(), Counter()
