@@ -67,7 +67,7 @@ export function drawLabel(context, region, text, { color, scale }, names = []) {
   const width = context.measureText(text).width + 8 / scale;
   const height = 17 / scale;
   const [left, low] = placeOfLabel(asEllipse(region), [width, height], windowOf(context), 6 / scale, names);
-  names.push({ text, left, low, width, height });
+  names.push({ left, low, width, height });
   context.fillStyle = "rgba(10, 12, 15, 0.78)";
   context.beginPath();
   context.roundRect(left, low - height, width, height, 3 / scale);
