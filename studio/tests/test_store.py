@@ -89,7 +89,7 @@ def test_changes_behind_an_undo_are_forgotten(tmp_path: Path) -> None:
     assert store.parts(name, "key") == b"abcd"
     assert store.parts_from(name, "key", 1, 5) == [b"cd"]
     store.replace_parts(name, "key", b"ef")
-    assert (store.parts(name, "key"), store.count(name, "key")) == (b"ef", 1)
+    assert (store.parts(name, "key"), store.parts_from(name, "key")) == (b"ef", [b"ef"])
     store.remove(name)
     assert store.parts(name, "key") == b""
     with pytest.raises(FormatError, match="no such session"):

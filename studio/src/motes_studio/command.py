@@ -56,10 +56,7 @@ def studio(
         raise SourceError(f"{folder} is not a folder; give that of the films.")
     if not 0 <= port < 65536:
         raise ConfigError(f"--port is {port}; give 0 to 65535.")
-    files: tuple[str, ...] = ()
-    if network is not None:
-        files = networks_of(network)
-    limits = Limits(networks=files)
+    limits = Limits() if network is None else Limits(networks=networks_of(network))
     serve(folder, host, port, data, log=log, browser=not headless, limits=limits)
     return DONE
 

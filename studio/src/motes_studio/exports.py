@@ -103,10 +103,7 @@ def write_scene(
 ) -> bytes:
     """Write the frames of the many-object mode as a file of a format; a task. As `write_objects`.
 
-    Parameters
-    ----------
-    parts
-        The JSON of `ScenePart`s.
+    The parts are the JSON of `ScenePart`s.
     """
     found = (msgspec.json.decode(part, type=ScenePart) for part in parts)
     frames = [FrameRow.from_dict(row) for part in found for row in part.frames]

@@ -54,18 +54,8 @@ def prepare() -> None:
 class FilmWorker:
     """A worker that opens a film, and then does one task at a time.
 
-    Parameters
-    ----------
-    path
-        The film.
-    limits
-        Of its size, of memory, and of the time without a sign of life.
-    background
-        Whether pictures and the server come first.
-    whole
-        Whether the film is known to be damaged.
-    damaged
-        Called if it turns out to be.
+    In the `background`, pictures and the server come first. The film may be known to be damaged,
+    and is read as a `whole` then; `damaged` is called if it turns out to be.
     """
 
     def __init__(

@@ -16,15 +16,7 @@ LONG = 400
 
 
 class WorkerPool:
-    """Workers that open one film.
-
-    Parameters
-    ----------
-    start
-        Starts a worker.
-    most
-        How many there are at most.
-    """
+    """Workers that open one film: `most` of them at most, each of which `start` starts."""
 
     def __init__(
         self, start: Callable[[], FilmWorker], most: int = (os.cpu_count() or 1) + 1

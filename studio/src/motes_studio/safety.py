@@ -92,8 +92,22 @@ class Guard:
         return hmac.compare_digest((token or "").encode(), self._token.encode())
 
     def refusal(self, headers: Mapping[str, str]) -> str | None:
-        """Return why a request is refused by its Host and Origin; None if it is not."""
-        return foreign(self._host, headers.get("host"), headers.get("origin"))
+        """Return why a request is refused by its headers Host and Origin; None if it is not.
+
+        A page of another address must not act through the browser of somebody who may: neither
+        openly, nor under a name of its own that it lets point to this computer.
+        """
+        host, origin = headers.get("host", ""), headers.get("origin")
+        try:
+            name = urlsplit(f"//{host}").hostname
+            source = None if origin is None else urlsplit(origin).netloc.lower()
+        except ValueError:
+            return "The Host or Origin of this request is no address."
+        if self._host in LOCAL and name not in LOCAL:
+            return "This address is not that of the server; use the one that it has printed."
+        if source is not None and source != host.lower():
+            return "A page of another address asks; open the server's own address."
+        return None
 
 
 def new_token() -> str:
@@ -166,28 +180,3 @@ def address_of(host: str, port: int) -> str:
     """Return the address of a server that listens at a host, as a browser opens it."""
     name = socket.gethostname() if host in EVERYWHERE else host
     return f"http://[{name}]:{port}/" if ":" in name else f"http://{name}:{port}/"
-
-
-def foreign(listening: str, host: str | None, origin: str | None) -> str | None:
-    """Return why a request is refused by its headers Host and Origin; None if it is not.
-
-    A page of another address must not act through the browser of somebody who may: neither openly,
-    nor under a name of its own that it lets point to this computer.
-
-    Parameters
-    ----------
-    listening
-        The name or number at which the server listens.
-    host, origin
-        The headers; None if there is none.
-    """
-    try:
-        name = urlsplit(f"//{host or ''}").hostname
-        source = None if origin is None else urlsplit(origin).netloc.lower()
-    except ValueError:
-        return "The Host or Origin of this request is no address."
-    if listening in LOCAL and name not in LOCAL:
-        return "This address is not that of the server; use the one that it has printed."
-    if source is not None and source != (host or "").lower():
-        return "A page of another address asks; open the server's own address."
-    return None

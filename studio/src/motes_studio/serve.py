@@ -69,22 +69,10 @@ def serve(
     browser: bool,
     limits: Limits,
 ) -> None:
-    """Serve the studio until it is interrupted.
+    """Serve the films of a folder until interrupted; port 0 is any free one.
 
-    Parameters
-    ----------
-    folder
-        The films of the user.
-    host, port
-        Where it listens; port 0 is any free one.
-    data
-        Where sessions and uploads are kept; by default the user's folder for data.
-    log
-        Takes a line for the user.
-    browser
-        Whether the page is opened in a browser.
-    limits
-        What is taken at most.
+    Sessions and uploads are kept in `data`, by default the user's folder for data. `log` takes a
+    line for the user, for whom a `browser` may be opened.
 
     Raises
     ------

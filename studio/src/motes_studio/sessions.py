@@ -60,7 +60,7 @@ class LiveSession:
         self.clients: set[Client] = set()
         self._closed = False
         self._reopen = reopen
-        self.whole = store.count(name, WHOLE) > 0
+        self.whole = bool(store.parts_from(name, WHOLE))
         """Whether the film is known to be damaged, and is read as a whole."""
         workers = partial(FilmWorker, path, limits, whole=self.whole, damaged=self._find_damage)
         self._pool = WorkerPool(workers)

@@ -171,21 +171,14 @@ class Store:
 
     def parts(self, session: str, key: str) -> bytes:
         """Return the computed data of a key: its parts in order; empty if there are none."""
-        query = "SELECT content FROM part WHERE session = ? AND key = ? ORDER BY number"
-        return b"".join(row[0] for row in self._rows(query, session, key))
+        return b"".join(self.parts_from(session, key))
 
-    def parts_from(self, session: str, key: str, first: int, most: int) -> list[bytes]:
+    def parts_from(self, session: str, key: str, first: int = 0, most: int = -1) -> list[bytes]:
         """Return parts of a key from number `first` on, `most` at most; all, if that is -1."""
         query = """
             SELECT content FROM part WHERE session = ? AND key = ? AND number >= ?
             ORDER BY number LIMIT ?"""
         return [row[0] for row in self._rows(query, session, key, first, most)]
-
-    def count(self, session: str, key: str) -> int:
-        """Return the number of parts of a key."""
-        query = "SELECT count(*) FROM part WHERE session = ? AND key = ?"
-        ((count,),) = self._rows(query, session, key)
-        return int(count)
 
     def add_part(self, session: str, key: str, data: bytes) -> None:
         """Add computed data to those of a key."""

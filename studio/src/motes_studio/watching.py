@@ -24,15 +24,7 @@ PARTS, RUN_OF, ENDED = "scene", "scene run", "scene ended"
 
 
 class Watching:
-    """Tracks all that moves in a session's film.
-
-    Parameters
-    ----------
-    session, store
-        Where parts are kept.
-    frames, pool, board
-        The number of frames of the film, its workers, and what pages see.
-    """
+    """Tracks all that moves in a session's film, which has `frames` frames."""
 
     def __init__(
         self, session: str, store: Store, frames: int, pool: WorkerPool, board: Board
@@ -64,7 +56,7 @@ class Watching:
 
     def go_on(self) -> None:
         """Begin the run again that was under way when the session was closed."""
-        if self.asked is not None and not self._store.count(self._session, ENDED):
+        if self.asked is not None and not self._store.parts_from(self._session, ENDED):
             self.begin(*self.asked)
 
     def stop(self, job: StudioJob) -> None:
