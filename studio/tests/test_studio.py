@@ -395,6 +395,52 @@ def test_objects_that_begin_alike_have_rows_of_their_own(
     assert [page.rows[each][1].x for each in numbers[1:]] == [64.5, 49.5]
 
 
+def test_rows_of_a_file_stay_unless_a_keyframe_asks_for_others(
+    client: httpx.Client, session: str, both: Both
+) -> None:
+    """A split, a join or the mark of one absence tracked all of them again."""
+    page = both.page
+    address = f"/api/sessions/{session}/import?name=a.txt&format=mot"
+
+    def brought(frames: range) -> int:
+        lines = [f"{t + 1},1,{20 + t}.00,26.00,30.00,40.00,1.0000,1,1,-1\n" for t in frames]
+        (number,) = client.post(address, content="".join(lines)).json()["objects"]
+        return int(number)
+
+    def places(number: int) -> dict[int, float | None]:
+        page.settle()
+        return {frame: row.x for frame, row in page.rows[number].items()}
+
+    def lying(frames: range) -> dict[int, float | None]:
+        return {t: 33.5 + t for t in frames}
+
+    one = brought(range(FRAMES))
+    page.until(lambda: page.has(one))
+    assert page.item(one).imported
+    page.do("set_absent", object=one, first=7, last=8)
+    two = page.do("split", object=one, frame=20).object or 0
+    assert places(one) == {**lying(range(20)), 7: None, 8: None}
+    assert places(two) == lying(range(20, FRAMES))
+    page.do("remove_keyframe", object=one, frame=7)
+    page.do("join", object=one, other=two)
+    assert places(one) == {**lying(range(FRAMES)), 8: None}
+    late = brought(range(25, FRAMES))
+    early = brought(range(22))
+    page.do("join", object=early, other=late)
+    between = dict.fromkeys(range(22, 25))
+    assert places(early) == {**lying(range(FRAMES)), **between}
+    assert {page.rows[early][t].status for t in between} == {"lost"}
+    number = page.drawn(frame=30, seed=81)
+    refused = page.ask("join", object=early, other=number).error
+    assert refused is not None
+    assert "is not tracked to its end; track it first" in refused
+    page.do("set_keyframe", object=one, frame=20, region=BOX)
+    page.settle()
+    assert page.rows[one][19].x != 33.5 + 19
+    page.do("undo")
+    assert places(one) == {**lying(range(FRAMES)), 8: None}
+
+
 BAD_FILES = (
     ("a.zip", zipped({"1.txt": LABELS, "2.txt": LABELS}), "several boxes"),
     ("a.zip", zipped({"1.txt": bytes(1 << 21)}), "more than"),

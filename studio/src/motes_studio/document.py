@@ -164,6 +164,13 @@ def changed(
             raise ConfigError("This command changes nothing.")
 
 
+def asks_no_tracker(document: Document, command: commands.Command) -> bool:
+    """Return whether an object has the same places after a command, as far as it is there."""
+    if isinstance(command, commands.RemoveKeyframe):  # of an absence
+        return command.frame not in document.target(command.object).keys
+    return isinstance(command, commands.Split | commands.Join | commands.SetAbsent)
+
+
 def _with(document: Document, target: DrawnTarget) -> Document:
     targets = (target if each.object == target.object else each for each in document.targets)
     return replace(document, targets=tuple(targets))

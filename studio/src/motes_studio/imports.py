@@ -7,7 +7,6 @@ gets no more than objects that a session may have.
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 import tempfile
 import zipfile
 import zlib
@@ -24,7 +23,7 @@ from motes.rows import FORMS, text_name
 from motes_studio.commands import Region
 from motes_studio.document import MAX_OBJECTS, Document, DrawnTarget, appended, ranges
 from motes_studio.messages import OpenFilm
-from motes_studio.tables import Table, line, pack, table_of
+from motes_studio.tables import Table, digest, line, pack, table_of
 from motes_studio.workplace import Workplace
 
 ZIP = b"PK\x03\x04"
@@ -234,8 +233,7 @@ def taken(
         )
         lines = [line(track, [0.0] * cues, final=True) for track in each_frame]
         tables.append(table_of(lines, cues))
-        imported = hashlib.blake2b(pack(tables[-1]), digest_size=16).hexdigest()
-        targets.append(replace(target, imported=imported))
+        targets.append(replace(target, imported=digest(tables[-1])))
     return targets, tables
 
 

@@ -107,6 +107,8 @@ class Item(Subject, frozen=True, kw_only=True):
     """Names of the tracker's cues, in the order of the weights in its rows."""
     tracked: bool
     """Whether it has been tracked; corrections are then followed by themselves."""
+    imported: bool
+    """Whether it has rows from a file, which only a keyframe or another tracker replaces."""
 
 
 JobStatus = Literal["waiting", "running", "done", "stopped", "failed"]

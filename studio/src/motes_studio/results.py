@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Container
+from collections.abc import Container, Sequence
 
 import numpy as np
+from msgspec.structs import replace
 
-from motes_studio.document import DrawnTarget
+from motes import ConfigError, Status, Track
+from motes_studio.document import Document, DrawnTarget
 from motes_studio.plan import PassNeed, StretchNeed, needs, own_frames
 from motes_studio.store import Store
-from motes_studio.tables import CUES, Table, pack
+from motes_studio.tables import CUES, Table, digest, line, pack, table_of, without
 
 
 def cues_of(target: DrawnTarget) -> int:
@@ -59,6 +61,46 @@ class Results:
         for need in needs(target):
             first, last = (frame - target.first for frame in need.stretch[:2])
             self.put(need.key, table[first : last + 1])
+
+    def carried(self, before: Document, after: Document, times: Sequence[float]) -> Document:
+        """Return a changed document in which objects keep the rows that they have from files.
+
+        A frame between objects that are joined has no place: nobody knows where it is.
+
+        Raises
+        ------
+        ConfigError
+            If not all rows of these objects are known.
+        """
+        old = [each for each in before.targets if each not in after.targets]
+        if not any(each.imported for each in old):
+            return after
+        rows: dict[int, list[float]] = {}
+        for each in reversed(old):  # where both have a frame, that of the first one stays
+            table = self.of_object(replace(each, absent=()))
+            table = self.of_object(each) if table is None else table
+            if table is None:
+                raise ConfigError(
+                    f"{each.name} is not tracked to its end; track it first, so that rows of a "
+                    f"file can stay."
+                )
+            rows.update(zip(each.frames, table[:, :CUES].tolist(), strict=True))
+        return replace(after, targets=tuple(
+            each if each in before.targets else self._with_rows(each, rows, times)
+            for each in after.targets
+        ))  # fmt: skip
+
+    def _with_rows(
+        self, target: DrawnTarget, rows: dict[int, list[float]], times: Sequence[float]
+    ) -> DrawnTarget:
+        cues = [0.0] * cues_of(target)
+        for frame in {*target.frames} - rows.keys():
+            rows[frame] = line(Track.nowhere(frame, times[frame], Status.LOST), [], final=True)
+        table = table_of(([*rows[frame], *cues] for frame in target.frames), len(cues))
+        target = replace(target, imported=digest(table))
+        self.know(replace(target, absent=()), table)  # as it is without marks of absence
+        self.know(target, without(table, target.absences))
+        return target
 
     def of_pass(self, need: PassNeed | None, target: DrawnTarget) -> Table | None:
         """Return the rows of a pass, in order of the frames; None unless all have been made."""

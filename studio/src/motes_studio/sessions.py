@@ -15,7 +15,7 @@ from motes_studio import commands, messages, pictures
 from motes_studio.board import Board, StudioJob
 from motes_studio.clients import Client
 from motes_studio.commands import Command, Region
-from motes_studio.document import Document, DrawnTarget, changed, renumbered
+from motes_studio.document import Document, DrawnTarget, asks_no_tracker, changed, renumbered
 from motes_studio.film_worker import FilmWorker
 from motes_studio.jobs import Jobs
 from motes_studio.messages import Keyframe, OpenFilm, Reply
@@ -133,15 +133,11 @@ class LiveSession:
 
     async def picture(self, index: int, width: int) -> bytes:
         """Return a frame as JPEG; raise a MotesError if there is none, or it cannot be read."""
-        self.check_frame(index)
-        return await self._pictures.run(partial(pictures.picture, index=index, width=width))
-
-    def check_frame(self, index: int) -> None:
-        """Raise a ConfigError if the film has no such frame."""
         if index >= self.facts.frames:
             raise ConfigError(
                 f"There is no frame {index}; the last one is {self.facts.frames - 1}."
             )
+        return await self._pictures.run(partial(pictures.picture, index=index, width=width))
 
     async def strip(self, count: int, height: int) -> bytes:
         """Return thumbnails side by side as JPEG."""
@@ -192,6 +188,7 @@ class LiveSession:
             keyframes=[Keyframe(*each) for each in target.keys.items()],
             cues=[*target.tracker.cues],
             tracked=target.object in self._tracked,
+            imported=bool(target.imported),
         )
 
     # What pages ask for.
@@ -214,7 +211,9 @@ class LiveSession:
                 self.board.change_state()
                 return Reply(command.id, job=job.number)
             case commands.Stop():
-                job = self._job(command.job)
+                if command.job not in self.board.jobs:
+                    raise ConfigError(f"There is no job {command.job}.")
+                job = self.board.jobs[command.job]
                 (self.watching if job.kind == "watch" else self.jobs).stop(job)
                 self.board.change_state()
             case commands.Undo():
@@ -229,6 +228,8 @@ class LiveSession:
         document, number = changed(
             self.document, command, self.facts, self._row_at, self._limits.networks
         )
+        if asks_no_tracker(self.document, command):
+            document = self.jobs.results.carried(self.document, document, self.times)
         self._put(document)
         if isinstance(command, commands.Split) and command.object in self._tracked:
             assert number is not None
@@ -304,8 +305,3 @@ class LiveSession:
     def _set_tracked(self, tracked: set[int]) -> None:
         self._tracked = tracked
         self._store.set_tracked(self.name, sorted(tracked))
-
-    def _job(self, number: int) -> StudioJob:
-        if number not in self.board.jobs:
-            raise ConfigError(f"There is no job {number}.")
-        return self.board.jobs[number]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Collection, Iterable, Sequence
 
@@ -42,6 +43,11 @@ def line(
 def pack(table: Table) -> bytes:
     """Return a table as bytes, without its width."""
     return np.ascontiguousarray(table, np.float64).tobytes()
+
+
+def digest(table: Table) -> str:
+    """Return a short name of a table, which equal ones have in common."""
+    return hashlib.blake2b(pack(table), digest_size=16).hexdigest()
 
 
 def unpack(data: bytes, cues: int) -> Table:

@@ -137,6 +137,9 @@ function corrections(app, item) {
       action("Next doubtful", "N", "doubt", () => actions.nextDoubt())),
     element("div", { class: "stack" },
       button("Absent from … to …", () => dialogs.absent(), { class: "plain" }), others.length ? join : null),
+    item.imported
+      ? element("p", { class: "muted" }, "Its rows are from a file. A keyframe has those up to its neighbors tracked again; undo brings them back.")
+      : null,
     element("p", { class: "effort muted" }, effort(store.state.session, item)));
 }
 
