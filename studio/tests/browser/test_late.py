@@ -104,6 +104,23 @@ def test_what_a_tracker_saw_stays_until_its_picture_has_come(shown: Shown) -> No
     assert kept == [[0, 1, *range(10, 60)], 0]
 
 
+def test_a_run_of_several_objects_is_followed_where_one_is(shown: Shown) -> None:
+    """The film leapt between the frames in which each of them was tracked."""
+    followed = do(
+        shown,
+        "return import('/static/messages.js').then(({ MESSAGES }) => { const { store } = app;"
+        "const now = performance.now; let time = 5000; performance.now = () => time;"
+        "store.set({ selected: 2 }); const seen = [];"
+        "for (const [object, frame] of [[1, 9], [3, 5], [1, 10], [2, 3], [1, 11], [2, 4], [3, 6]]) {"
+        "time += 100; MESSAGES.overlay(store, { object, frame });"
+        "seen.push([store.state.newest.object, store.state.newest.frame]); }"
+        "time += 2000; MESSAGES.overlay(store, { object: 3, frame: 7 });"
+        "seen.push([store.state.newest.object, store.state.newest.frame]);"
+        "performance.now = now; return seen; });",
+    )
+    assert followed == [[1, 9], [1, 9], [1, 10], [2, 3], [2, 3], [2, 4], [2, 4], [3, 7]]
+
+
 def test_a_session_that_is_removed_elsewhere_leads_home(shown: Shown) -> None:
     session = shown.open()
     shown.page.evaluate(f"fetch('/api/sessions/{session}', {{ method: 'DELETE' }})")

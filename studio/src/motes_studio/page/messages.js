@@ -3,6 +3,7 @@
 import { announce } from "./announce.js";
 import { named, ROW, SCENE_OBJECT } from "./protocol.js";
 
+const PAUSE = 1000; // milliseconds without news of an object after which the film follows another one
 const OVERLAYS = 50; // of an object that are kept, without those whose pictures are on their way
 
 export const MESSAGES = {
@@ -41,7 +42,7 @@ export const MESSAGES = {
     const unused = [...kept.keys()].filter((at) => !awaited.has(at) && at !== pictured);
     if (unused.length > OVERLAYS) kept.delete(unused[0]);
     overlays.set(object, kept);
-    store.set({ newest: { object, frame } });
+    if (isFollowed(store.state, object)) store.set({ newest: { object, frame, at: performance.now() } });
     store.touch("overlays");
   },
 
@@ -62,13 +63,17 @@ export const MESSAGES = {
     store.set({ scene, counts: scene.length ? { objects, totals } : null });
     if (reset || events.length) store.set({ events: reset ? events : [...store.state.events, ...events] });
     store.touch("scene");
-    if (last !== null) store.set({ newest: { object: null, frame: last } });
+    if (last !== null) store.set({ newest: { object: null, frame: last, at: performance.now() } });
   },
 
   failure(store, { error }) {
     announce(error, "error");
   },
 };
+
+/** Whether the film goes where an object is tracked: the chosen one, else one at a time; it would leap between several. */
+const isFollowed = ({ newest, selected }, object) =>
+  [selected, newest?.object ?? object].includes(object) || performance.now() - newest.at > PAUSE;
 
 /** Keep the known film if it is the same: views of the film need not be drawn again. */
 const sameFilm = (old, film) => (JSON.stringify(old) === JSON.stringify(film) ? old : film);

@@ -30,7 +30,7 @@ export const freshSession = () => ({
   jobs: new Map(),
   rows: new Map(),
   overlays: new Map(), // by object and frame: the last ones
-  newest: null, // the frame that a run has reached: object and frame
+  newest: null, // the frame that a run has reached: object, frame and when
   doubts: new Map(),
   looked: null,
   scene: [],
