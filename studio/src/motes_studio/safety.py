@@ -22,6 +22,7 @@ VIDEO_ENDINGS = frozenset({
     ".rm", ".rmvb", ".tod", ".trp", ".ts", ".vob", ".webm", ".wmv", ".wtv", ".y4m",
 })  # fmt: skip
 """Films that are listed. Playlists, which reach elsewhere, are not among them."""
+FILM_ENDINGS = VIDEO_ENDINGS | IMAGE_ENDINGS
 
 COOKIE = "motes-studio"
 HEADERS = {
@@ -155,7 +156,7 @@ def check_film(path: Path) -> None:
 
 def check_ending(name: str) -> None:
     """Raise a SourceError unless a file's name ends like that of a film."""
-    if Path(name).suffix.lower() not in VIDEO_ENDINGS | IMAGE_ENDINGS:
+    if Path(name).suffix.lower() not in FILM_ENDINGS:
         raise SourceError(
             f"{name} does not end like a film, as .mp4 or .mkv; rename or convert it."
         )

@@ -27,7 +27,7 @@ from motes_studio import commands, files, messages, protocol
 from motes_studio.clients import Client
 from motes_studio.files import Question
 from motes_studio.film_worker import LaterError, prepare
-from motes_studio.safety import COOKIE, HEADERS, Guard, plain_name
+from motes_studio.safety import COOKIE, FILM_ENDINGS, HEADERS, Guard, plain_name
 from motes_studio.sessions import LiveSession
 from motes_studio.studio import Studio, presets
 
@@ -221,8 +221,9 @@ class _Api:
 
     async def formats(self, _: Request) -> Response:
         every = registry.FORMATS.usable().items()
-        return _json({use: {name: form.title for name, form in every if getattr(form, use)}
-                      for use in ("read", "write")})  # fmt: skip
+        known = {use: {name: form.title for name, form in every if getattr(form, use)}
+                 for use in ("read", "write")}  # fmt: skip
+        return _json({**known, "films": sorted(FILM_ENDINGS)})
 
     async def talk(self, socket: WebSocket) -> None:
         """Talk with a page, until it leaves."""

@@ -6,12 +6,13 @@ from typing import Any, get_args
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import BrowserContext
+from playwright.sync_api import BrowserContext, Route
 
 from browsers import CORNERS, FRAMES, START, Shown, film
 from motes import Box
 from motes_studio import commands, messages, protocol
 from studios import SLOW, Program
+from waiting import wait_until
 
 pytestmark = pytest.mark.slow
 
@@ -43,6 +44,20 @@ def test_page_and_server_have_the_same_protocol(shown: Shown) -> None:
     assert tuple(scene_object) == messages.SceneObject.__struct_fields__
 
 
+def drop(shown: Shown, files: dict[str, bytes]) -> None:
+    """Drop files on the page."""
+    shown.page.evaluate(
+        """(files) => {
+        const dropped = new DataTransfer();
+        for (const [name, bytes] of files) {
+            dropped.items.add(new File([Uint8Array.from(bytes)], name));
+        }
+        document.dispatchEvent(new DragEvent('drop', { dataTransfer: dropped, bubbles: true }));
+    }""",
+        [[name, [*data]] for name, data in files.items()],
+    )
+
+
 def test_films_come_by_upload_and_drop(shown: Shown, tmp_path: Path) -> None:
     page = shown.page
     page.locator("#file").set_input_files(film(tmp_path / "mine.mp4", frames=5))
@@ -51,17 +66,32 @@ def test_films_come_by_upload_and_drop(shown: Shown, tmp_path: Path) -> None:
     (tmp_path / "list.mp4").write_text("#EXTM3U\nhttp://example.org/film.mp4\n")
     page.locator("#file").set_input_files(tmp_path / "list.mp4")
     page.get_by_role("alert").get_by_text("list.mp4 was not taken").wait_for()
-    page.evaluate(
-        """async () => {
-        const film = await (await fetch('/static/logo.svg')).blob();
-        const dropped = new DataTransfer();
-        dropped.items.add(new File([film], 'picture.svg'));
-        dropped.items.add(new File([film], 'other.svg'));
-        document.dispatchEvent(new DragEvent('drop', { dataTransfer: dropped, bubbles: true }));
-    }"""
-    )
+    drop(shown, {"picture.svg": b"<svg/>", "other.svg": b"<svg/>"})
     page.get_by_role("alert").get_by_text("picture.svg was not taken").wait_for()
     page.get_by_role("alert").get_by_text("Only picture.svg is sent").wait_for()
+
+
+def test_what_is_dropped_on_an_open_film_is_a_film_or_its_rows(
+    shown: Shown, tmp_path: Path
+) -> None:
+    """Rows were refused as a film, and a film came without a sign of progress."""
+    page = shown.page
+    shown.open()
+    lines = [f"{n},1,{100 + n},80,60,80,1,1,1,-1\n" for n in range(1, FRAMES + 1)]
+    drop(shown, {"rows.txt": "".join(lines).encode()})
+    page.get_by_text("rows.txt was imported.").wait_for()
+    shown.until("s.session.objects.length === 1")
+    drop(shown, {"odd.dat": b"what is it"})
+    page.get_by_role("alert").get_by_text("Export and import (X) has a menu of formats").wait_for()
+    held: list[Route] = []
+    page.route("**/api/uploads*", lambda route: held.append(route))
+    drop(shown, {"late.mp4": film(tmp_path / "late.mp4", frames=5).read_bytes()})
+    progress = page.get_by_role("progressbar", name="Sending late.mp4")
+    progress.wait_for()
+    wait_until(lambda: shown.state("1") and held)
+    held[0].continue_()
+    shown.until("s.film?.name === 'late.mp4' && s.pictured === 0")
+    progress.wait_for(state="hidden")
 
 
 def test_rows_come_while_a_run_goes_on_which_is_stopped(shown: Shown) -> None:

@@ -11,9 +11,17 @@ export function announce(text, kind = "note") {
   const close = button("Close this message", () => message.remove(), { picture: "close" });
   const message = element("div", { class: `message ${kind}` }, element("span", {}, text), close);
   region.append(message);
-  while (region.children.length > 3) region.firstElementChild.remove();
+  [...region.querySelectorAll(".message:not(.ongoing)")].slice(0, -3).forEach((old) => old.remove());
   setTimeout(() => message.remove(), (SECONDS[kind] + text.length / LETTERS) * 1000);
   return () => message.remove();
+}
+
+/** Show how far something is, until its end: return functions that take its share so far, and that end it. */
+export function ongoing(text) {
+  const bar = element("progress", { max: "1", value: 0, "aria-label": text });
+  const message = element("div", { class: "message note ongoing" }, element("span", {}, text), bar);
+  document.getElementById("notes").append(message);
+  return [(share) => (bar.value = share), () => message.remove()];
 }
 
 /** Show why something failed; what comes soon by itself is no error. */

@@ -68,11 +68,12 @@ async function download(pressed, address) {
   setTimeout(() => URL.revokeObjectURL(link.href), 60000);
 }
 
-async function bring({ store }, file, format) {
+/** Bring the rows of a file into the session; its format is recognized unless given. */
+export async function bring({ store }, file, format, words = "Not imported: ") {
   if (!file) return;
-  const words = new URLSearchParams({ name: file.name, format });
-  const address = `/api/sessions/${store.state.session.id}/import?${words}`;
-  const found = await tried(send(address, file), "Not imported: ");
+  const query = new URLSearchParams({ name: file.name, format });
+  const address = `/api/sessions/${store.state.session.id}/import?${query}`;
+  const found = await tried(send(address, file), words);
   if (!found) return;
   const rest = found.left_out;
   const named = rest.slice(0, SAID).join("; ") + (rest.length > SAID ? `, and ${rest.length - SAID} more` : "");

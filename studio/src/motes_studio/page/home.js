@@ -1,9 +1,10 @@
 // The first page: films to open, a place to drop one, and the sessions so far.
 
 import { ask, send } from "./api.js";
-import { announce, tried } from "./announce.js";
+import { announce, ongoing, tried } from "./announce.js";
 import { plural } from "./derived.js";
 import { button, element, fillAnew, icon } from "./dom.js";
+import { bring } from "./files.js";
 
 export function mountHome(root, app) {
   const { store } = app;
@@ -104,15 +105,13 @@ function when(changed) {
   return Number.isNaN(date.getTime()) ? changed : date.toLocaleString([], { dateStyle: "short", timeStyle: "short" });
 }
 
-const ASKING = "Drop a film here, or ";
-
-/** A place for films that are dropped or chosen; they are sent to the server as they are. */
+/** A place for films that are dropped or chosen. What is dropped on any other part of the page is taken, too. */
 function dropZone(app) {
-  const file = element("input", { type: "file", class: "unseen", id: "file", onchange: ({ target }) => target.files[0] && upload(target.files[0]) });
-  const bar = element("progress", { max: "1", value: 0, hidden: true, "aria-label": "Upload" });
-  const words = element("span", {}, ASKING);
-  const zone = element("div", { class: "drop" }, icon("import"), words, element("label", { class: "pick plain", for: "file" }, "Choose a file"), file, bar);
-  const mark = (on) => zone.classList.toggle("over", on);
+  const file = element("input", { type: "file", class: "unseen", id: "file", onchange({ target }) {
+    if (target.files[0]) upload(app, target.files[0]);
+    target.value = "";
+  } });
+  const mark = (on) => document.body.classList.toggle("dropping", on);
   document.addEventListener("dragover", (event) => {
     event.preventDefault();
     mark(true);
@@ -122,19 +121,27 @@ function dropZone(app) {
     event.preventDefault();
     mark(false);
     const [dropped, ...others] = event.dataTransfer.files;
-    if (dropped) upload(dropped);
-    if (others.length) announce(`Only ${dropped.name} is sent; drop one film at a time.`, "error");
+    if (dropped) takeDropped(app, dropped);
+    if (others.length) announce(`Only ${dropped.name} is sent; drop one file at a time.`, "error");
   });
+  return element("div", { class: "drop" }, icon("import"), element("span", {}, "Drop a film here, or "),
+    element("label", { class: "pick plain", for: "file" }, "Choose a file"), file);
+}
 
-  async function upload(film) {
-    bar.hidden = false;
-    words.textContent = `Sending ${film.name} …`;
-    const sent = send(`/api/uploads?name=${encodeURIComponent(film.name)}`, film, (share) => (bar.value = share));
-    const kept = await tried(sent, `${film.name} was not taken: `);
-    if (kept) await openFilm(app, kept.name, true);
-    bar.hidden = true;
-    words.textContent = ASKING;
-    file.value = "";
-  }
-  return zone;
+/** Open a film that was dropped; on the page of a film, all else are rows that belong to it. */
+async function takeDropped(app, file) {
+  const formats = await tried(ask("/api/formats"));
+  if (!formats) return;
+  if (formats.films.some((ending) => file.name.toLowerCase().endsWith(ending))) upload(app, file);
+  else if (app.store.state.session) bring(app, file, "", "Not imported; Export and import (X) has a menu of formats: ");
+  else announce(`${file.name} was not taken: it does not end like a film. Drop rows on the page of their film.`, "error");
+}
+
+/** Send a film to the server as it is, and open it. */
+async function upload(app, film) {
+  const [progress, end] = ongoing(`Sending ${film.name} …`);
+  const sent = send(`/api/uploads?name=${encodeURIComponent(film.name)}`, film, progress);
+  const kept = await tried(sent, `${film.name} was not taken: `);
+  if (kept) await openFilm(app, kept.name, true);
+  end();
 }
