@@ -150,6 +150,13 @@ async def strip(session: LiveSession, about: Question) -> File:
     return File("strip.jpg", io.BytesIO(await session.strip(about.count, about.height)))
 
 
+async def times(session: LiveSession, _: Question) -> list[float]:
+    """Return the time of each frame; none if all are where the rate of the film has them."""
+    fps = session.facts.fps
+    uneven = any(abs(time * fps - index) > 0.5 for index, time in enumerate(session.times))
+    return session.times if uneven else []
+
+
 async def doubts(session: LiveSession, about: Question) -> list[DoubtfulFrame]:
     """Return doubtful frames of an object, in the order of `motes check`."""
     target = _target(session, about)

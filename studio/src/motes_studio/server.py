@@ -74,6 +74,7 @@ def app(studio: Studio, guard: Guard) -> ASGIApp:
         Route("/api/sessions/{id}/frames/{index:int}.jpg", _plain(api.frame)),
         Route("/api/sessions/{id}/overlays/{index:int}", api.about(files.overlay)),
         Route("/api/sessions/{id}/doubts", api.about(files.doubts)),
+        Route("/api/sessions/{id}/times", api.about(files.times)),
         Route("/api/sessions/{id}/strip", api.about(files.strip)),
         Route("/api/sessions/{id}/export", api.about(files.export)),
         Route("/api/sessions/{id}/command", api.about(files.command)),

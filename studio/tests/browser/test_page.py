@@ -1,15 +1,17 @@
 """The page itself: its protocol, films, many objects, accessibility, and what may go wrong."""
 
+from collections.abc import Callable
 from itertools import combinations, pairwise
 from pathlib import Path
 from typing import Any, get_args
 
+import numpy as np
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import BrowserContext, Route
 
 from browsers import CORNERS, FRAMES, START, Shown, film
-from motes import Box
+from motes import Box, VideoWriter
 from motes_studio import commands, messages, protocol
 from studios import SLOW, Program
 from waiting import wait_until
@@ -301,6 +303,43 @@ def test_nothing_sticks_out_of_the_window(shown: Shown) -> None:
     shown.state(f"app.store.set({{ connected: false, session: {{ ...s.session, film: {film} }} }})")
     lost = shown.page.get_by_text("The server does not answer")
     assert lost.evaluate("({ scrollWidth, clientWidth }) => scrollWidth <= clientWidth")
+
+
+def test_the_time_is_seen_where_it_takes_no_row_of_its_own(shown: Shown) -> None:
+    """It was hidden below a width of 1400 pixels."""
+    shown.open()
+    time, player = shown.page.locator(".time"), shown.page.locator("#transport")
+    for width, height in SIZES:
+        shown.page.set_viewport_size({"width": width, "height": height})
+        shown.painted()
+        seen, high = time.is_visible(), player.evaluate("(one) => one.clientHeight")
+        assert seen or width == 1024
+        time.evaluate("(one) => (one.hidden = !one.hidden)")
+        assert player.evaluate("(one) => one.clientHeight") == high
+        time.evaluate("(one) => (one.hidden = !one.hidden)")
+
+
+def test_a_film_of_varying_rate_plays_by_the_times_of_its_frames(
+    visit: Callable[[], Shown], films: Path
+) -> None:
+    """It played evenly: 20 frames of 20 ms and 20 of 200 ms took 97 ms each."""
+    times = [0.02 * n for n in range(20)] + [0.4 + 0.2 * n for n in range(20)]
+    with VideoWriter(films / "varying.mkv", 25) as writer:
+        for n, time in enumerate(times):
+            writer.write(np.full((64, 64, 3), 5 * n, np.uint8), time)
+    shown = visit()
+    shown.open("varying.mkv")
+    shown.until(f"s.times.length === {len(times)}")
+    every = f"for (let n = 0; n < {len(times)}; n += 1) await app.pictures.want(n);"
+    shown.page.evaluate(
+        f"{START} (async () => {{ {every} }})())"
+    )  # on a busy machine some are late
+    shown.page.clock.install()
+    shown.page.keyboard.press("Space")
+    shown.page.clock.run_for(1100)
+    assert shown.state("s.frame") in (22, 23)
+    shown.go(39)
+    shown.page.get_by_text("0:04 / 0:04").wait_for()
 
 
 def test_a_long_message_stays_for_longer(shown: Shown) -> None:

@@ -51,6 +51,21 @@ export const runningJobs = (state) =>
 export const shownItems = (state) =>
   state.session?.objects.filter(({ object }) => !state.hidden.has(object)) ?? [];
 
+/** Return the time of a frame in seconds. */
+export const timeOf = ({ times, film }, frame) => times[frame] ?? frame / film.fps;
+
+/** Return the frame that is seen at a time: the last one that has begun. */
+export function frameAt({ times, film }, seconds) {
+  if (!times.length) return Math.min(film.frames - 1, Math.floor(seconds * film.fps + 1e-6));
+  let [low, high] = [0, times.length];
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (times[middle] <= seconds) low = middle;
+    else high = middle;
+  }
+  return low;
+}
+
 /** Return a set with a member, or without it. */
 export const withOrWithout = (set, member, on) => new Set(on ? [...set, member] : [...set].filter((each) => each !== member));
 

@@ -1,6 +1,8 @@
-// Playing: frames follow each other at the film's rate; slow pictures make it skip frames.
+// Playing: each frame is shown at its time; slow pictures make it skip frames.
 
-import { explain } from "./announce.js";
+import { explain, tried } from "./announce.js";
+import { ask } from "./api.js";
+import { frameAt, timeOf } from "./derived.js";
 
 const WIDEST = 1920; // pixels: wider pictures would not be sharper on most screens
 const AHEAD = 3; // pictures on their way while a run is followed: one is made, one sent, one decoded
@@ -16,6 +18,7 @@ export class Player {
     this.pictures = pictures;
     store.on(["playing"], ({ playing }) => (playing ? this.#start() : this.#stop()));
     store.on(["frame", "film", "connected"], () => this.#look());
+    store.on(["film"], ({ session, film }) => film && this.#readTimes(session, film));
   }
 
   /** Go where a person wants to be: to a frame, or to the nearest one of the film. What moved the film ends. */
@@ -68,7 +71,7 @@ export class Player {
     const { film, speed, playing } = this.store.state;
     if (!playing || !film) return;
     const seconds = (performance.now() - this.#started.at) / 1000;
-    const due = Math.min(film.frames - 1, this.#started.frame + Math.floor(seconds * film.fps * speed));
+    const due = frameAt(this.store.state, timeOf(this.store.state, this.#started.frame) + seconds * speed);
     const ended = due >= film.frames - 1;
     if (ended || this.pictures.takes(due)) { // else those on their way come first: over a slow network none would
       for (let ahead = 0; ahead <= 3; ahead += 1) {
@@ -78,6 +81,11 @@ export class Player {
     }
     if (ended) this.store.set({ playing: false });
     else this.#handle = requestAnimationFrame(() => this.#tick());
+  }
+
+  async #readTimes(session, film) {
+    const times = await tried(ask(`/api/sessions/${session.id}/times`), "The film plays evenly: ");
+    if (times && this.store.state.film === film) this.store.set({ times });
   }
 
   /** Fetch the picture of the frame; what is drawn over the film waits for it. */

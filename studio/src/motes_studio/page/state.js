@@ -26,6 +26,7 @@ export const freshSession = () => ({
   // from the server
   session: null,
   film: null,
+  times: [], // of the frames of a film whose rate varies
   connected: true,
   jobs: new Map(),
   rows: new Map(),

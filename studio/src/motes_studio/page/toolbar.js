@@ -1,7 +1,7 @@
 // The tools over the stage, and the player under it.
 
 import { button, element, relabel } from "./dom.js";
-import { clock, plural, rowOf, runningJobs } from "./derived.js";
+import { clock, plural, runningJobs, timeOf } from "./derived.js";
 
 const TOOLS = [
   ["select", "Choose and move (V)", "select"],
@@ -99,12 +99,12 @@ export function mountTransport(root, app) {
     relabel(play, word, word.toLowerCase(), `${word} (Space)`);
   });
   store.on(["following"], ({ following }) => (follow.checked = following));
-  store.on(["frame", "film", "selected"], (state) => {
-    const { frame, film, selected } = state;
+  store.on(["frame", "film", "times"], (state) => {
+    const { frame, film } = state;
     if (!film) return;
     if (document.activeElement !== number) number.value = frame;
     number.max = film.frames - 1;
     total.textContent = `of ${film.frames - 1}`;
-    time.textContent = `${clock(rowOf(state, selected, frame)?.time ?? frame / film.fps)} / ${clock(film.frames / film.fps)}`;
+    time.textContent = `${clock(timeOf(state, frame))} / ${clock(timeOf(state, film.frames - 1))}`;
   });
 }
