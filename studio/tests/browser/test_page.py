@@ -8,9 +8,9 @@ from typing import Any, get_args
 import numpy as np
 import pytest
 from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import BrowserContext, Route
+from playwright.sync_api import Browser, BrowserContext, Route
 
-from browsers import CORNERS, FRAMES, START, Shown, film
+from browsers import CORNERS, FRAMES, MIDDLE, START, Shown, film, visitors
 from motes import Box, VideoWriter
 from motes_studio import commands, messages, protocol
 from studios import SLOW, Program
@@ -375,6 +375,40 @@ def test_fingers_draw_and_zoom(shown: Shown) -> None:
     send("touchMove", (x - 50, y), (x + 100, y))
     send("touchEnd")
     shown.until("s.view?.scale > 2")
+
+
+def test_a_screen_for_fingers_has_hints_without_keys_and_wide_handles(
+    browser: Browser, studio: Program
+) -> None:
+    """Hints named keys, and a handle reached 11 pixels."""
+    context = visitors(browser, has_touch=True, is_mobile=True)
+    shown = Shown(context, studio.address)
+    shown.open()
+    page, touch = shown.page, context.new_cdp_session(shown.page)
+
+    def drag(*points: tuple[float, float]) -> None:
+        for kind, at in zip(("touchStart", "touchMove"), points, strict=True):
+            given = [{"x": at[0], "y": at[1]}]
+            touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": given})
+        touch.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+
+    page.get_by_text("then tap Track").wait_for()
+    page.get_by_role("button", name="Draw a box").tap()
+    drag(shown.at(*CORNERS[0]), shown.at(*CORNERS[1]))
+    shown.until("s.session.objects.length === 1 && !s.draft")
+    size = "s.session.objects[0].keyframes[0].region.slice(2)"
+    wide, high = shown.state(size)
+    x, y = shown.at(*CORNERS[1])
+    drag((x - 12, y - 12), (x + 30, y + 30))
+    shown.until(f"{size}[0] > {wide} && {size}[1] > {high} && !s.draft")
+    drag(shown.at(*MIDDLE), shown.at(*CORNERS[0]))
+    shown.until(f"s.session.objects[0].keyframes[0].region[0] < {CORNERS[0][0]}")
+    assert not page.locator("kbd").first.is_visible()
+    for tool in ("zone", "ground"):
+        page.get_by_role("button", name=tool).first.tap()
+        page.locator(".hint").get_by_text("Tap").wait_for()
+    shown.close()
+    context.close()
 
 
 def test_a_folder_without_film_offers_those_of_the_demo(

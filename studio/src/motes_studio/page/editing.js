@@ -1,13 +1,14 @@
 // Pointing at the stage: drawing, moving by handles, panning, zooming, with mouse, pen or fingers.
 
 import { announce } from "./announce.js";
-import { between, contains, dragged, handles, moved } from "./geometry.js";
+import { asEllipse, between, contains, dragged, handles, moved } from "./geometry.js";
 import { textScale } from "./dom.js";
 import { nextColor } from "./colors.js";
 import { regionOf, selectedItem, shownItems } from "./derived.js";
 import { addCorner, endLine } from "./places.js";
 
 const NEAR = 11; // pixels of the screen around a handle
+const FINGER = 24; // those of a finger, which is broader, and hides what is under it
 const SLIP = 3; // a pointer that moved less has clicked
 
 /** Let the stage be drawn on. */
@@ -54,11 +55,12 @@ export function mountEditing(stage, app) {
     if (event.button === 1 || event.altKey || tool === "hand") return pan(store, stage, at(event));
     if (event.button !== 0) return null;
     player.stay();
-    if (store.state.draft?.byKeys) return dragDraft(point) ?? pan(store, stage, at(event));
+    const reach = event.pointerType === "touch" ? FINGER : NEAR;
+    if (store.state.draft?.byKeys) return dragDraft(point, reach) ?? pan(store, stage, at(event));
     if (tool === "box" || tool === "ellipse") return draw(point, tool);
     if (tool === "line") return drawLine(point);
-    if (tool === "zone" || tool === "ground") return click(point);
-    return grab(point) ?? pan(store, stage, at(event), () => store.set({ draft: null }));
+    if (tool === "zone" || tool === "ground") return click(point, reach);
+    return grab(point, reach) ?? pan(store, stage, at(event), () => store.set({ draft: null }));
   }
 
   /** Whether a gesture's draft is still the one: Escape may have ended it, and an earlier one may wait for its answer. */
@@ -87,29 +89,29 @@ export function mountEditing(stage, app) {
   }
 
   /** Take the handle or the object under the pointer: what is dragged becomes a keyframe. */
-  function grab(point) {
+  function grab(point, reach) {
     const { selected, pictured } = store.state;
     const items = shownItems(store.state);
     const first = items.filter(({ object }) => object === selected);
     const region = (item) => regionOf(store.state, item, pictured);
     for (const item of first) {
-      const handle = handleAt(region(item), point);
-      if (handle) return change(item, region(item), (start, to) => dragged(start, handle, to));
+      const handle = handleAt(region(item), point, reach);
+      if (handle) return change(item, point, region(item), (start, to) => dragged(start, handle, to));
     }
     const under = [...first, ...items].find((item) => region(item) && contains(region(item), point));
     if (!under) return null;
     store.set({ selected: under.object });
-    return change(under, region(under), (start, to) => moved(start, to[0] - point[0], to[1] - point[1]));
+    return change(under, point, region(under), (start, to) => moved(start, to[0] - point[0], to[1] - point[1]));
   }
 
-  function change(item, start, shaped) {
+  function change(item, point, start, shaped) {
     const { object, color } = item;
     const frame = store.state.pictured;
-    let [origin, draft] = [null, null];
+    const [x, y] = stage.view().toScreen(point);
+    let draft = null;
     return {
       move(where) {
-        origin ??= where;
-        if (!draft && Math.hypot(where[0] - origin[0], where[1] - origin[1]) < SLIP) return;
+        if (!draft && Math.hypot(where[0] - x, where[1] - y) < SLIP) return;
         draft = { object, frame, color, region: shaped(start, stage.view().toFilm(where)) };
         store.set({ draft });
       },
@@ -118,9 +120,9 @@ export function mountEditing(stage, app) {
   }
 
   /** Move the draft that was begun with keys. */
-  function dragDraft(point) {
+  function dragDraft(point, reach) {
     const { draft } = store.state;
-    const handle = handleAt(draft.region, point);
+    const handle = handleAt(draft.region, point, reach);
     if (!handle && !contains(draft.region, point)) return null;
     return {
       move(where) {
@@ -141,18 +143,20 @@ export function mountEditing(stage, app) {
     };
   }
 
-  function click(point) {
-    return { move: () => {}, end: () => addCorner(app, point, NEAR / stage.view().scale) };
+  function click(point, reach) {
+    return { move: () => {}, end: () => addCorner(app, point, reach / stage.view().scale) };
   }
 
-  function handleAt(region, point) {
+  /** Return the handle within reach of a point. Of a small region, at least half is left to move it by. */
+  function handleAt(region, point, reach = NEAR) {
     if (!region) return null;
     const scale = stage.view().scale / textScale();
-    const found = handles(region, 22 / scale)
-      .map(({ name, point: [x, y] }) => ({ name, away: Math.hypot(x - point[0], y - point[1]) * scale }))
-      .filter(({ away }) => away < NEAR)
-      .sort((one, two) => one.away - two.away)[0];
-    return found?.name ?? null;
+    const away = ([x, y], [u, v]) => Math.hypot(x - u, y - v) * scale;
+    const all = handles(region, 22 / scale);
+    const half = Math.min(...all.map((handle) => away(handle.point, asEllipse(region)))) / 2;
+    const near = Math.max(NEAR, Math.min(reach, half));
+    const [found] = all.sort((one, two) => away(one.point, point) - away(two.point, point));
+    return away(found.point, point) < near ? found.name : null;
   }
 
   function cursorAt(where) {

@@ -161,18 +161,22 @@ function paintDraft(context, { draft }, scale) {
   layers.drawHandles(context, handles(draft.region, 22 / scale), style);
 }
 
+const TOUCH = matchMedia("(pointer: coarse)"); // a screen for fingers, where there may be no key
+
 const HINTS = {
   box: "Drag a box around the object",
   ellipse: "Drag an ellipse over the object; then turn it by its handle",
   line: "Drag a line; the short stroke shows the way in",
-  zone: "Click the corners; press Enter or click the first one to close",
-  ground: "Click four points of the ground that you know in metres",
+  zone: TOUCH.matches ? "Tap the corners; tap the first one to close" : "Click the corners; press Enter or click the first one to close",
+  ground: `${TOUCH.matches ? "Tap" : "Click"} four points of the ground that you know in metres`,
 };
 
 function hintOf({ tool, draft, corners, redrawing, session, selected, scene }) {
   if (draft?.byKeys) return "Arrows move, Ctrl and arrows resize, [ ] turn; Enter sets, Escape ends";
   if (tool === "ground" && corners.length) return `Point ${corners.length} of 4: enter its metres in Count`;
   if (redrawing) return `Draw ${itemOf({ session }, selected)?.name ?? "the object"} again in this frame`;
-  const first = "Press B and drag a box around an object; then T tracks it";
+  const first = TOUCH.matches
+    ? "Tap the box above the film and drag around an object; then tap Track"
+    : "Press B and drag a box around an object; then T tracks it";
   return HINTS[tool] ?? (tool === "select" && !session.objects.length && !scene.length ? first : "");
 }
