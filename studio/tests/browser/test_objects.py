@@ -246,6 +246,8 @@ def test_what_is_typed_stays_while_the_session_changes(shown: Shown) -> None:
     assert name.input_value() == "Object 1 and more!"
     name.press("Enter")
     shown.until("s.session.objects[0].name === 'Object 1 and more!'")
+    page.keyboard.press("b")  # a key again; it was typed into the name
+    shown.until("s.tool === 'box'")
     page.get_by_role("heading", name="Object 1 and more!").wait_for()
     page.get_by_role("tab", name="Count").click()
     page.evaluate(

@@ -65,7 +65,12 @@ export function mountKeyboard(app) {
     bindings(app).flatMap(([, keys]) => keys.flatMap(([names, , act]) => names.map((name) => [name, act]))),
   );
   document.addEventListener("keydown", (event) => {
-    if (!app.store.state.session || document.querySelector("dialog[open]") || isTyping(event)) return;
+    if (!app.store.state.session || document.querySelector("dialog[open]")) return;
+    if (isTyping(event)) {
+      const done = event.key === "Enter" && event.target.matches("input") && !event.defaultPrevented;
+      if (done) app.stage.canvas.focus(); // else the next key would be typed, too
+      return;
+    }
     if (app.store.state.draft?.byKeys && shape(app, event)) {
       event.preventDefault();
       return;
