@@ -111,7 +111,7 @@ def test_what_is_too_small_to_be_an_object_is_told(small: int, warned: bool) -> 
         found = detector(Frame(index, index / 25, pixels))
     assert bool(found) == (small < 6)
     said = detector.warnings.get("small", "")
-    assert said.endswith("(now 0.002) if these are objects.") == warned
+    assert said.endswith("give a detector.least below 0.002, such as 0.00025.") == warned
 
 
 def found(mask: NDArray[np.uint8], least: int = 20) -> list[Box]:

@@ -33,6 +33,11 @@ one group 0.81 ± 0.10; edge distances 0.31 and 0.36 ± 0.06. The ratio of two s
 linear, with a slope of the means' difference over the variance."""
 UNKNOWN = 15.0
 """Cost of an object whose look is not known: halfway between one object and two."""
+ALIKE, DIFFERENT = 0.4, 0.6
+"""Mean color distance of the objects of a scene, up to which their looks tell nothing, and from
+which on all: that of walkers is 0.75, that of fish of one kind 0.2."""
+COMPARED = 64
+"""Most objects of which that is found."""
 
 
 class Look(msgspec.Struct, frozen=True, eq=False):
@@ -89,17 +94,31 @@ def _halves(frame: Frame, whole: Floats) -> Floats:
     return COLOR.histograms(frame, halves.reshape(-1, 5)).reshape(3, len(whole), 2, -1)
 
 
-def costs(seen: Sequence[Look], known: Sequence[Look | None]) -> Floats:
+def telling(looks: Sequence[Look]) -> float:
+    """Return how much a look tells of who it is, from 0 to 1, if these are those of the scene.
+
+    Where all look alike, differences are those of one object from frame to frame.
+    """
+    colors = [each.color for each in looks[:COMPARED]]
+    if len(colors) < 2:
+        return 1.0
+    mean = _distances(colors, colors).sum() / (len(colors) * (len(colors) - 1))
+    return float(np.clip((mean - ALIKE) / (DIFFERENT - ALIKE), 0, 1))
+
+
+def costs(seen: Sequence[Look], known: Sequence[Look | None], telling: float = 1.0) -> Floats:
     """Return how unlikely each look that is seen is that of each known one: (seen, known).
 
-    These are negative logarithms of likelihoods, but for a constant.
+    These are negative logarithms of likelihoods, but for a constant; they are the nearer to
+    `UNKNOWN`, the less looks tell.
     """
     told = [k for k, each in enumerate(known) if each is not None]
     models = [each for each in known if each is not None]
     out = np.full((len(seen), len(known)), UNKNOWN)
-    out[:, told] = COLOR_WEIGHT * _distances(
+    unlike = COLOR_WEIGHT * _distances(
         [each.color for each in seen], [each.color for each in models]
     ) + EDGES_WEIGHT * _distances([each.edges for each in seen], [each.edges for each in models])
+    out[:, told] += telling * (unlike - UNKNOWN)
     return out
 
 

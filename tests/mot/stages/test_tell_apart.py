@@ -8,10 +8,10 @@ from msgspec.structs import replace
 
 from motes import Box, Detection, Ellipse, Frame, Scene, Status
 from motes.core.types import Floats
-from motes.mot.look import Look, costs
+from motes.mot.look import UNKNOWN, Look, costs, telling
 from motes.mot.stages.tell_apart import tell_apart
 from motes.mot.tracked_object import TrackedObject
-from scene_objects import BLUE, RED, SIZE, Color, config, occluded, picture, visible
+from scene_objects import BLUE, RED, SIZE, Color, config, occluded, picture, visible, with_look
 
 GREEN, GRAY = (60, 220, 60), (100, 100, 100)
 PLACES = [Box(20, 30, 20, 40), Box(90, 30, 20, 40), Box(160, 30, 20, 40)]
@@ -74,6 +74,28 @@ def test_an_unknown_look_costs_as_much_as_one_between_one_person_and_two() -> No
     seen = Look(away(0.49), away(0.31)), Look(away(0.81), away(0.36))
     (one, unknown), (two, other) = costs(seen, [known, None])
     assert unknown == other == pytest.approx((one + two) / 2, abs=0.5)
+
+
+@pytest.mark.parametrize(("distance", "tells"), [(0.3, 0.0), (0.5, 0.5), (0.7, 1.0)])
+def test_looks_tell_the_less_the_more_alike_all_are(distance: float, tells: float) -> None:
+    share = (1 - distance**2) ** 2
+    one, other = (Look(np.array(color), np.ones(1)) for color in ((1, 0), (share, 1 - share)))
+    assert telling([one, other]) == pytest.approx(tells)
+    assert telling([one]) == telling([]) == 1  # what is not known of others says nothing
+    mirrored = costs([one, other], [one, other, None], tells)
+    assert mirrored[:, 2].tolist() == [UNKNOWN, UNKNOWN]
+    full = costs([one, other], [one, other])
+    assert mirrored[:, :2] == pytest.approx(UNKNOWN + tells * (full - UNKNOWN))
+
+
+@pytest.mark.parametrize(("color", "identity"), [(RED, 3), (BLUE, 1)])
+def test_who_is_not_known_takes_no_identity_among_those_that_all_look_alike(
+    color: Color, identity: int
+) -> None:
+    """It looks like the hidden first one, and so does the second one, or not."""
+    first, second, new = met((RED, color, RED), hidden=[1])
+    settled = [with_look(first, RED), with_look(second, color), replace(new, known=None)]
+    assert after(settled, GRAY, color, RED)[2] == identity
 
 
 @pytest.mark.parametrize("why", ["never met", "detection of somebody unknown", "at the border"])

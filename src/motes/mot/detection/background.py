@@ -27,7 +27,7 @@ from motes.mot.detection.background_model import (
     SelectiveUpdate,
     usual_colors,
 )
-from motes.mot.detection.blobs import blobs, small_patches
+from motes.mot.detection.blobs import SMALL, blobs, small_patches
 from motes.mot.detection.exposure import Exposure, tables_of
 from motes.mot.detection.foreground import ForegroundMemory, without_ghosts
 from motes.mot.detection.illumination import (
@@ -279,7 +279,8 @@ class BackgroundDetector:
             if self._small > SMALL_EXCESS:
                 text = (
                     f"most of what moves has less than {100 * least:g} % of the picture, and is "
-                    f"left out; give a smaller detector.least (now {least:g}) if these are objects"
+                    f"left out; if these are objects, give a detector.least below {least:g}, such "
+                    f"as {least / SMALL:.2g}"
                 )
                 self._warn(frame, "small", text)
         if boxes:

@@ -13,7 +13,7 @@ from motes.core.types import Floats
 from motes.mot.association import SAME, assign_pairs, impostors, model_distances
 from motes.mot.overlaps import as_rows, merged_blobs, overlapping_pairs
 from motes.mot.scene_config import SceneConfig
-from motes.mot.tracked_object import TrackedObject
+from motes.mot.tracked_object import TrackedObject, telling_looks
 
 
 def associate(
@@ -52,7 +52,8 @@ def associate(
     distances = model_distances(seen, frame, boxes, rows, columns)
     costs = config.association.costs(overlaps, distances)
     apart = np.flatnonzero(overlaps < SAME)
-    others = apart[impostors(seen, frame, boxes, rows[apart], columns[apart])]
+    telling = telling_looks(objects)
+    others = apart[impostors(seen, frame, boxes, rows[apart], columns[apart], telling)]
     costs[others] = np.inf
     for i, j in assign_pairs(rows, columns, costs, (len(visible), len(detections))):
         detect(i, detections[j].box)

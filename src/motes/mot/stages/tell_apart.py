@@ -12,7 +12,7 @@ from motes.core.frame import Frame
 from motes.core.who_is_who import who_is_who
 from motes.mot.look import Look, costs
 from motes.mot.overlaps import as_rows, grouped, inside, nested_pairs
-from motes.mot.tracked_object import TrackedObject
+from motes.mot.tracked_object import TrackedObject, telling_looks
 
 STAY = 3.0
 """Log-likelihood ratio for the identity that an object was followed with, against those that it has
@@ -44,7 +44,7 @@ def tell_apart(
     after, clear = _seen(objects, free, frame, number, touching)
     for group in _groups(after):
         if clear.intersection(group):
-            _assign(after, group)
+            _assign(after, group, telling_looks(objects))
     for n, each in enumerate(after):
         if each.seen is not None and not each.met:
             after[n] = replace(each, known=each.seen, seen=None)
@@ -106,12 +106,12 @@ def _groups(objects: Sequence[TrackedObject]) -> Iterator[list[int]]:
         yield sorted(group)
 
 
-def _assign(objects: list[TrackedObject], group: list[int]) -> None:
+def _assign(objects: list[TrackedObject], group: list[int], telling: float) -> None:
     """Give the objects of a group the identities that they most likely have, in place."""
     before = [objects[n] for n in group]
     clear = {k: each.seen for k, each in enumerate(before) if each.seen is not None}
     tracks = [*clear]
-    likely = costs([*clear.values()], [each.known for each in before])
+    likely = costs([*clear.values()], [each.known for each in before], telling)
     likely[range(len(tracks)), tracks] -= STAY
     models, certainty = who_is_who(likely)
     if certainty.min() > 0.5:
