@@ -155,6 +155,11 @@ CALLS: dict[str, tuple[Callable[[Any], object], str]] = {
     "nothing to smooth": (lambda _: motes.smooth(None), "Give the Track"),  # type: ignore[arg-type]
     "tracks one by one": (lambda _: motes.smooth(iter([track()])), "Give the Track"),  # type: ignore[arg-type]
     "a width and a height": (lambda _: motes.synthetic.growing(320, 240), "two numbers"),  # type: ignore[arg-type]
+    "a width of half a pixel": (lambda _: motes.synthetic.growing((100.5, 100)), "two numbers"),  # type: ignore[arg-type]
+    "a number as a cue": (
+        lambda _: motes.ParticleFilter(color=motes.cues.Color(), extra_cues={"hue": 3}),  # type: ignore[dict-item]
+        "got 3; it takes a Cue",
+    ),
     "smoothed twice": (lambda film: motes.smooth(motes.correct(film, {0: BOX})), "already"),
 }
 

@@ -160,6 +160,18 @@ def test_changes() -> None:
     assert base == PRESETS["nummiaro"]
 
 
+def test_numbers_and_arrays_of_numpy_are_like_those_of_python() -> None:
+    changes = {"particles": np.int64(200), "likelihood": {"sigma": np.float32(0.25)}}
+    config = configure("nummiaro", changes, {"color": {"bins": np.full(3, 4)}})
+    assert config == configure(
+        "nummiaro", {"particles": 200, "likelihood": {"sigma": 0.25}, "color": {"bins": [4, 4, 4]}}
+    )
+    assert motes.Line(tuple(np.array([0, 0, 9, 9]))) == motes.Line((0, 0, 9, 9))
+    assert motes.Ground(homography=np.eye(3)).homography == ((1, 0, 0), (0, 1, 0), (0, 0, 1))  # type: ignore[arg-type]
+    with pytest.raises(ConfigError, match="particles"):
+        configure("nummiaro", {"particles": np.float64(200.5)})
+
+
 def test_a_change_of_type_starts_from_its_own_defaults() -> None:
     def changed(**changes: Any) -> Any:
         return configure(preset("nummiaro"), changes)

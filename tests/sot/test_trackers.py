@@ -54,6 +54,7 @@ def test_one_of_several_is_corrected() -> None:
 def test_what_is_refused() -> None:
     with pytest.raises(ConfigError, match="1 or more threads; got 0"):
         Trackers(threads=0)
+    Trackers("nummiaro", threads=np.int64(2)).close()  # type: ignore[arg-type]
     with pytest.raises(ConfigError, match="No preset 'csrt'"):
         Trackers("csrt")
     with pytest.raises(ConfigError, match="nothing to follow"):

@@ -65,6 +65,11 @@ def test_the_truth_is_the_ellipse_that_the_pixels_show() -> None:
         assert math.degrees(abs(difference)) < 1
 
 
+def test_a_part_of_a_clip_is_no_frame() -> None:
+    with pytest.raises(TypeError, match="slice"):
+        synthetic.demo(SMALL, frames=3)[:2]  # type: ignore[index]
+
+
 def test_the_visible_fraction_is_that_of_the_pixels() -> None:
     places = [(60, 60), (2, 60), (-10, 60), (80, 118), (155, -5), (75, 60), (100, 60), (300, 60)]
     states = np.array([[x, y, 30, 18, 0.4] for x, y in places], float)

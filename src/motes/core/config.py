@@ -14,7 +14,7 @@ from typing import Annotated, Any, ClassVar, Self
 import msgspec
 from msgspec import Meta
 
-from motes.core.decode import MisfitError, decode, decode_at
+from motes.core.decode import MisfitError, decode, decode_at, of_numpy
 from motes.core.errors import ConfigError
 from motes.core.files import read_text
 from motes.core.registry import fields_of
@@ -46,11 +46,8 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def __post_init__(self) -> None:
         for field in fields_of(type(self)):
-            value = getattr(self, field.name)
-            if type(value) is not bool and isinstance(value, numbers.Real):
-                # numpy's numbers are accepted like Python's
-                value = int(value) if isinstance(value, numbers.Integral) else float(value)
-            for number in value if isinstance(value, list | tuple) else (value,):
+            value = of_numpy(getattr(self, field.name))
+            for number in map(of_numpy, value if isinstance(value, list | tuple) else (value,)):
                 if isinstance(number, float) and not math.isfinite(number):
                     raise MisfitError(f"got {number}; it takes finite numbers", (field.name,))
             # Keeps the converted value: a list becomes a tuple, a mapping a configuration.

@@ -9,6 +9,7 @@ from types import NoneType, UnionType
 from typing import Annotated, Any, Union, get_args, get_origin
 
 import msgspec
+import numpy as np
 
 from motes.core.config_keys import alternatives, configurations, fields, words
 from motes.core.errors import ConfigError
@@ -42,12 +43,18 @@ class MisfitError(ConfigError):
         super().__init__(f"{self.where}: {reason}" if place else reason)
 
 
+def of_numpy(value: Any) -> Any:
+    """Return numbers and arrays of numpy as those of Python, and all else as it is."""
+    return value.tolist() if isinstance(value, np.generic | np.ndarray) else value
+
+
 def decode(value: Any, kind: Any) -> Any:
     """Return a plain value, or one that fits already, converted to a type.
 
     Raises a MisfitError if it does not fit, with the place of what does not; and a PluginError if a
     value belongs to another package that cannot be used.
     """
+    value = of_numpy(value)
     kinds = configurations(kind)
     if any(isinstance(value, each) for each in kinds):
         return value
@@ -75,7 +82,9 @@ def decode(value: Any, kind: Any) -> Any:
     if isinstance(value, type) and issubclass(value, tuple(kinds)):
         raise MisfitError(f"got {_short(value)}; it takes a value of it, {value.__name__}()")
     if kinds and registry_of(kinds[0]) is not None:
-        reason = f"this key is missing before {_short(value)}; known are {_tags(kind)}"
+        if not (known := _tags(kind)):  # as of cues, which their keys name
+            raise MisfitError(f"got {_short(value)}; it takes a {kinds[0].__name__}")
+        reason = f"this key is missing before {_short(value)}; known are {known}"
         raise MisfitError(reason, ("type",))
     inside = f"keys: {', '.join(field.name for field in fields(kinds[0]))}" if kinds else "keys"
     takes = inside if kinds or origin is dict else words(kind)
@@ -84,7 +93,8 @@ def decode(value: Any, kind: Any) -> Any:
 
 def _tags(kind: Any) -> str:
     """Return the tags of the classes that a type accepts, as text."""
-    return ", ".join(str(tag_of(each)) for each in alternatives(kind))
+    tags = map(tag_of, alternatives(kind))
+    return ", ".join(str(tag) for tag in tags if tag is not None)
 
 
 def _chosen(values: Mapping[str, Any], kind: Any, kinds: list[type]) -> type:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from motes.core.decode import decode
 from motes.core.errors import ConfigError
-from motes.core.frame import Frame, as_frame, from_bgr
+from motes.core.frame import WHOLE, Frame, as_frame, from_bgr
 from motes.core.track import Track
 from motes.core.types import Numbers
 from motes.sot.algorithm import Algorithm, StepInfo
@@ -66,8 +66,8 @@ class Trackers:
         *,
         bgr: bool = False,
     ) -> None:
-        if not isinstance(threads, int) or threads < 1:
-            raise ConfigError(f"Objects are divided among 1 or more threads; got {threads}.")
+        if not isinstance(threads, WHOLE) or threads < 1:
+            raise ConfigError(f"Objects are divided among 1 or more threads; got {threads!r}.")
         self._config, self._seed = Tracker(config, seed).config, seed  # a wrong name is refused now
         self._threads, self._bgr = threads, bgr
         self._pool: ThreadPoolExecutor | None = None

@@ -8,6 +8,7 @@ same clip always has the same pixels, and any frame can be rendered alone.
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -79,7 +80,7 @@ class Clip:
         return (self[index] for index in range(len(self)))
 
     def __getitem__(self, index: int) -> tuple[Frame, tuple[Truth, ...]]:
-        index = range(len(self))[index]
+        index = range(len(self))[operator.index(index)]
         (width, height), (base, cover, grain) = self.size, self._scenery
         pixels, unhidden, truths = base.copy(), 1 - cover, []
         for target, texture in zip(self.targets[::-1], self._textures[::-1], strict=True):

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageFilter
 
 from motes.core.errors import ConfigError
+from motes.core.frame import WHOLE
 from motes.core.geometry import Ellipse
 
 Floats = NDArray[Any]
@@ -167,6 +168,6 @@ def to_bytes(image: Floats) -> NDArray[np.uint8]:
 
 def scale_of(size: tuple[int, int]) -> float:
     """Return how many times larger than 640x480 a frame is, in its relatively smaller direction."""
-    if not hasattr(size, "__len__"):
+    if not (hasattr(size, "__len__") and all(isinstance(each, WHOLE) for each in size)):
         raise ConfigError(f"A size is (width, height), two numbers of pixels; got {size!r}.")
     return min(size[0] / 640, size[1] / 480)
