@@ -1,5 +1,6 @@
 """Many objects: birth, identity, occlusion, death; and of very many the surest."""
 
+import copy
 import gc
 import itertools
 import sys
@@ -53,6 +54,14 @@ class Stage:
 
 def walker(index: int, x: float = 20, y: float = 30) -> Box:
     return Box(x + 3 * index, y, 16, 30)
+
+
+def test_a_copy_goes_on_as_its_scene() -> None:
+    scene = Scene(lambda _: [Detection(Box(20, 20, 30, 30), 0.9)])
+    for _ in range(3):
+        scene.update(GROUND)
+    one, other = copy.deepcopy(scene).update(GROUND), scene.update(GROUND)
+    assert [str(each.to_dict()) for each in one] == [str(each.to_dict()) for each in other] != []
 
 
 @pytest.mark.slow

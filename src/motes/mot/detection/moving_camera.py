@@ -85,6 +85,8 @@ class MovingCamera:
             self.motion = motion
 
     def __getattr__(self, name: str) -> Any:
+        if name == "_detector":  # of a copy that is not filled yet
+            raise AttributeError(name)
         return getattr(self._detector, name)
 
 
