@@ -1,6 +1,7 @@
 """Arguments that users confuse: one line says what is wanted, in motes' own words."""
 
 from collections.abc import Callable
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,7 @@ def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def writing(path: Path, *, fps: Any = 25, pixels: Any = PIXELS, time: Any = None) -> None:
-    with motes.VideoWriter(path.with_name("new.mp4"), fps=fps) as writer:
+    with motes.VideoWriter(path.with_name("new.mp4"), fps, overwrite=True) as writer:
         writer.write(pixels, time)
 
 
@@ -155,6 +156,11 @@ CALLS: dict[str, tuple[Callable[[Any], object], str]] = {
     "nothing to smooth": (lambda _: motes.smooth(None), "Give the Track"),  # type: ignore[arg-type]
     "tracks one by one": (lambda _: motes.smooth(iter([track()])), "Give the Track"),  # type: ignore[arg-type]
     "a width and a height": (lambda _: motes.synthetic.growing(320, 240), "two numbers"),  # type: ignore[arg-type]
+    "a rate of a source as text": (lambda film: motes.open_source(film, fps="7"), "fps is '7'"),  # type: ignore[arg-type]
+    "a row between two frames": (lambda film: rows(film, 1.5, 0, None), "frame's index"),
+    "a row before the first frame": (lambda film: rows(film, -1, 0, None), "frame's index"),
+    "a row at no time": (lambda film: rows(film, 0, float("nan"), None), "its time"),
+    "no time to count": (lambda _: counter().update([], float("nan")), "in seconds"),
     "a width of half a pixel": (lambda _: motes.synthetic.growing((100.5, 100)), "two numbers"),  # type: ignore[arg-type]
     "a number as a cue": (
         lambda _: motes.ParticleFilter(color=motes.cues.Color(), extra_cues={"hue": 3}),  # type: ignore[dict-item]
@@ -177,6 +183,16 @@ def test_smoothed_tracks_are_refused_and_those_of_a_tracker_taken() -> None:
     smooth = motes.smooth(tracks)
     with pytest.raises(motes.ConfigError, match="already"):
         motes.smooth(smooth)
+
+
+def test_numbers_of_numpy_and_fractions_of_pyav_are_rates_and_times(film: Path) -> None:
+    with motes.open_source(film, start=np.int64(1), fps=np.float32(10)) as frames:  # type: ignore[arg-type]
+        found = [(each.index, each.time) for each in frames]
+    assert found == [(1, 0.1), (2, 0.2), (3, 0.3)]
+    assert all(type(number) in (int, float) for pair in found for number in pair)
+    ntsc = Fraction(30000, 1001)
+    writing(film, fps=ntsc, time=3 / ntsc)
+    assert motes.Frame(0, 3 / ntsc, PIXELS).time == pytest.approx(0.1001)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("wrong", [(np.nan, 5, 20, 20), (5, 5, -20, 20), (5, 5, 20, np.inf)])

@@ -91,6 +91,8 @@ def test_a_dark_first_picture_is_said(caplog: pytest.LogCaptureFixture) -> None:
     caplog.clear()
     assert as_frame(dark << 8, Frame(0, 0.0, dark, depth=16)).pixels.max() == RGB.max()
     assert not caplog.messages
+    as_frame(Frame(1, 0.04, dark << 4), first)  # whose bits are found anew
+    assert caplog.messages[-1].startswith("frame 1 uses 12 bits, those before 8")
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable
+from fractions import Fraction
 from functools import lru_cache
 from typing import Any
 
@@ -19,8 +20,8 @@ FRAME_INTERVAL = 1 / 25
 """Seconds between frames if a source does not give them (PAL; the papers' cameras)."""
 LARGEST_VIEW = 2**31 - 1
 """Bytes from the first to the last row of an image that is read where it lies."""
-WHOLE, NUMBER = (int, np.integer), (float, int, np.floating, np.integer)
-"""The types of whole numbers and of numbers that users may give."""
+WHOLE, NUMBER = (int, np.integer), (float, int, np.floating, np.integer, Fraction)
+"""The types of whole numbers and of numbers that users may give; PyAV has times in fractions."""
 BYTE = np.dtype(np.uint8)
 DEPTHS = (8, 10, 12, 14, 16)
 """The bits of cameras whose pictures are held in 16."""
@@ -56,8 +57,11 @@ class Frame(msgspec.Struct, frozen=True, eq=False):
     def __post_init__(self) -> None:
         if not isinstance(self.index, WHOLE):
             raise SourceError(f"A frame's index is a whole number, no {type(self.index).__name__}.")
-        if not isinstance(self.time, NUMBER):
-            raise SourceError(f"Frame {self.index} has the time {self.time!r}; give it seconds.")
+        time: Any = self.time
+        if not isinstance(time, NUMBER):
+            raise SourceError(f"Frame {self.index} has the time {time!r}; give it seconds.")
+        if isinstance(time, Fraction):
+            msgspec.structs.force_setattr(self, "time", float(time))
         if _readable(self.pixels):
             return  # the usual case, and fast
         depth = self.depth
@@ -124,6 +128,12 @@ def as_frame(picture: Any, last: Frame | None = None, step: int = 1) -> Frame:
         return Frame(last.index + step, time, picture, depth=last.depth)
     if not math.isfinite(picture.time):
         raise SourceError(f"Frame {picture.index} is at {picture.time} s; give it a finite time.")
+    if last is not None and picture.depth != last.depth:
+        _say(
+            f"frame {picture.index} uses {picture.depth or 8} bits, those before "
+            f"{last.depth or 8}, so their brightness differs; give all the camera's, as in "
+            f"Frame(0, 0.0, pixels, depth=16)."
+        )
     return picture
 
 

@@ -7,6 +7,7 @@ instead of written.
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import sys
 from collections.abc import Sequence
@@ -18,6 +19,7 @@ from msgspec.structs import replace
 
 from motes.core.errors import ConfigError, FormatError
 from motes.core.files import check_writable, open_rows, write_all
+from motes.core.frame import NUMBER, WHOLE
 from motes.core.track import COLUMNS, Track
 from motes.rows.schema import HINDSIGHT, Form, FrameRow, Header, form_of, head, line
 
@@ -262,8 +264,11 @@ class TrackWriter(Lines):
         A frame without a track has empty fields (CSV) or null (JSON Lines) and the status
         `searching`.
         """
-        if not isinstance(track, Track | None):
-            raise ConfigError(f"Write a frame's index, its time, and its Track; got {track!r}.")
+        numbers = isinstance(frame, WHOLE) and frame >= 0 and isinstance(time, NUMBER)
+        if not (isinstance(track, Track | None) and numbers and math.isfinite(time)):
+            got = f"{frame!r}, {time!r}, {track!r}"
+            raise ConfigError(f"Write a frame's index, its time, and its Track; got {got}.")
+        time = float(time)  # also of a fraction
         if track is None:
             row = Track.nowhere(frame, time)
         else:

@@ -101,6 +101,7 @@ class Film:
                 f"No frame is from {start}{stop}; start at 0 or later, and end later."
             )
         check_rate(fps)
+        fps = fps and float(fps)  # numpy's in 32 bits would let times run into each other
         self._source, self._rate, self.quick = str(source), fps, quick
         self.report, self.times, self._stamps = Report(), list[float](), list[float | None]()
         size: tuple[int, int] | None = None

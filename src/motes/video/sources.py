@@ -22,7 +22,7 @@ import numpy as np
 from motes.core.addresses import without_password
 from motes.core.errors import ConfigError, SourceError
 from motes.core.files import as_path
-from motes.core.frame import FRAME_INTERVAL, WHOLE, Frame
+from motes.core.frame import FRAME_INTERVAL, NUMBER, WHOLE, Frame
 from motes.core.log import LOG
 from motes.video.decoder import REMEDY, Decoder, camera
 from motes.video.image_files import IMAGE_ENDINGS, ImageFiles, files_in
@@ -263,6 +263,8 @@ def open_source(
         raise ConfigError(f"patience is {patience}; give seconds, 0 or more.")
     if not isinstance(source, WHOLE):  # the number of a camera
         as_path(source)
+    # numpy's numbers become Python's: in 32 bits, times would run into each other.
+    fps, start, stride = fps and float(fps), int(start), int(stride)
     name, reader = find_reader(str(source), on_drop, patience, fps)
     if fps is not None and reader.live:
         reader.close()
@@ -272,9 +274,11 @@ def open_source(
 
 def check_rate(fps: float | None) -> None:
     """Raise a ConfigError if a rate is no possible number of frames per second."""
-    if fps is not None and not LEAST_RATE <= fps <= 1 / LEAST_RATE:
+    if fps is None:
+        return
+    if not (isinstance(fps, NUMBER) and LEAST_RATE <= fps <= 1 / LEAST_RATE):
         raise ConfigError(
-            f"fps is {fps:g}; give frames per second from {LEAST_RATE:g} to {1 / LEAST_RATE:g}."
+            f"fps is {fps!r}; give frames per second from {LEAST_RATE:g} to {1 / LEAST_RATE:g}."
         )
 
 

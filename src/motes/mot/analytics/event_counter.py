@@ -139,7 +139,7 @@ class EventCounter:
             If these are no tracks and no time.
         """
         check_listed(tracks)
-        if time is not None and not isinstance(time, NUMBER):
+        if time is not None and not (isinstance(time, NUMBER) and math.isfinite(time)):
             raise ConfigError(f"The time of a frame is in seconds; got {time!r}.")
         self._turn += 1
         events: list[Event] = []
