@@ -1,5 +1,6 @@
 """Keyframes: their file, their forms, and what contradicts them."""
 
+import csv
 from pathlib import Path
 
 import pytest
@@ -28,6 +29,16 @@ def test_rows_may_name_their_film(tmp_path: Path) -> None:
     path.write_text("Film,Frame,Region\na.mp4,0,3,2,40,60\nb.mp4,5,1,1,20,20\na.mp4,9,absent\n")
     found = read_keyframes(path)
     assert {film: list(marks) for film, marks in found.items()} == {"a.mp4": [0, 9], "b.mp4": [5]}
+
+
+def test_names_of_films_are_quoted_as_spreadsheets_do(tmp_path: Path) -> None:
+    path = tmp_path / "keys.csv"
+    names = ["cup, red.mp4", 'say "hi".mp4', "#1.mp4", "it's.mp4"]
+    with path.open("w", newline="") as file:
+        rows = csv.writer(file, quoting=csv.QUOTE_ALL)
+        rows.writerow(["film", "frame", "x", "y", "width", "height"])
+        rows.writerows([name, 0, 3, 2, 40, 60] for name in names)
+    assert list(read_keyframes(path)) == names
 
 
 @pytest.mark.parametrize(

@@ -7,14 +7,15 @@ A file of keyframes has a row for each:
     130,absent                  the target is not in this frame
     135:150,absent              nor in these, the last one included
 
-A row may begin with the name of its film, so that one file serves many films. A first row of titles
-that begins with `frame` or `film` is skipped, and so are empty rows and those that begin with `#`.
-The regions of a file are all boxes or all ellipses, those of its titles if it has any, so that a
-row that lost a number is noticed.
+A row may begin with the name of its film, so that one file serves many films; one that has a comma
+or begins with `#` stands in quotes. A first row of titles that begins with `frame` or `film` is
+skipped, and so are empty rows and those that begin with `#`. The regions of a file are all boxes or
+all ellipses, those of its titles if it has any, so that a row that lost a number is noticed.
 """
 
 from __future__ import annotations
 
+import csv
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -165,11 +166,14 @@ def read_keyframes(
     size: int | None = None
     titled = False
     for number, line in enumerate(lines_of(text), start=1):
-        fields = [field.strip().strip('"') for field in line.split(",")]
+        try:
+            fields = [field.strip() for field in next(csv.reader([line], skipinitialspace=True))]
+        except (csv.Error, StopIteration):  # no line of a table, or an empty one
+            fields = [line.strip()]
         if number == 1 and fields[0].lower() in ("frame", "film"):
             size, titled = _size_of_titles(path, [field.lower() for field in fields]), True
             continue
-        if not any(fields) or fields[0].startswith("#"):
+        if not any(fields) or line.lstrip().startswith("#"):
             continue
         film = "" if _NUMBERS.fullmatch(fields[0]) else fields.pop(0)
         if fields[1:2] == [ABSENT]:
@@ -180,10 +184,10 @@ def read_keyframes(
                     "it has no region; give x,y,width,height, with commas and points, or absent."
                 )
             here = marks_of(fields[0], ",".join(fields[1:]))
-            if here[0][1] is not None:
-                if len(fields) == 6 and all(mark is None for _, mark in marks.get(film, ())):
-                    _check_first(here[0][1][4], titled)
-                count = len(fields) - 1
+            if (region := here[0][1]) is not None:
+                count = len(region)
+                if count == 5 and all(mark is None for _, mark in marks.get(film, ())):
+                    _check_first(region[4], titled)
                 if count != (size := size or count):
                     raise ConfigError(
                         f"it has {count} numbers, and a region of this file has {size}; give "
