@@ -306,9 +306,12 @@ def test_problems_come_before_anything_starts(
             {"source": "film-1.mp4", "preset": "numiaro"},
             {"source": "film-2.mp4", "do": "watch", "init": "", "preset": "", "detector": "-x"},
             {"source": "film-0.mp4", "seed": 7},
+            {"name": "a", "source": "film-0.mp4", "do": "watch", "init": "", "places": "bad.toml"},
+            {"name": "b", "source": "film-0.mp4", "init": "", "keyframes": "keys.csv"},
         ],
     )
     Path("bad.toml").write_text("particle = 3\n")
+    Path("keys.csv").write_text("0,1,2,x,4\n")
     assert main(["batch", "bad.csv", "-o", "out"]) == 2
     error = capsys.readouterr().err
     assert re.search(r"bad\.csv, row 2: \S*bad\.toml: Config has no key 'particle'", error)
@@ -316,7 +319,9 @@ def test_problems_come_before_anything_starts(
     assert "row 4: No preset 'numiaro'" in error
     assert "row 5: A detector is" in error
     assert "row 2 has the name 'film-0' too" in error
-    assert "5 rows of bad.csv cannot be used; nothing was started" in error
+    assert re.search(r"row 7: \S*bad\.toml: Config has no key 'particle'", error)
+    assert re.search(r"row 8: \S*keys\.csv, row 1: '1,2,x,4' is no region", error)
+    assert "7 rows of bad.csv cannot be used; nothing was started" in error
     assert not Path("out").exists()
 
 

@@ -6,12 +6,13 @@ import contextlib
 import functools
 import io
 import os
+from collections.abc import Callable
 from dataclasses import asdict
 from typing import Annotated, Literal
 
 from cyclopts import App, Group, Parameter
 
-from motes import ConfigError
+from motes import ConfigError, Regions, read_keyframes
 from motes.cli import DONE, PARTIAL, FileName, OwnCode, Whole, call, log, options
 from motes.core import counted, interrupts, optional
 from motes.mot import check_code
@@ -183,12 +184,15 @@ def retry(
 
 
 def _check_config(job: Job, *, own_code: bool) -> None:
-    """Check the tracker and the detector of a job; raise a MotesError."""
+    """Check all that a job names but its films and rows; raise a MotesError."""
     check_code(job.detector, own_code)
     words = ["watch" if job.do == "watch" else "track", *tracker_options(job)]
     _check(*words, *([f"--detector={job.detector}"] if job.detector else ()))
     if job.network and not any("://" in path for path in job.network):
         _check_network(job.network)
+    for read, path in ((Regions.load, job.places), (read_keyframes, job.keyframes)):
+        if path and "://" not in path:
+            _check_file(read, path)
 
 
 @functools.cache
@@ -200,6 +204,11 @@ def _check(*words: str) -> None:
 @functools.cache
 def _check_network(files: tuple[str, ...]) -> None:
     Network(files=files).open()
+
+
+@functools.cache
+def _check_file(read: Callable[[str], object], path: str) -> None:
+    read(path)
 
 
 def _run(store: Store, out: str, options: Options, work: WorkOptions, *, again: bool) -> int:
