@@ -233,6 +233,17 @@ def test_a_camera_of_images_is_told_where_to_give_their_rate(go: Go) -> None:
 
 
 @pytest.mark.slow
+def test_all_frames_before_one_that_cannot_be_read_are_told(go: Go) -> None:
+    Path("images").mkdir()
+    for index, height in enumerate((80, 80, 80, 64)):
+        Image.new("RGB", (96, height)).save(f"images/{index}.png")
+    code, _, error = go(HALL + OFFICE.replace("office.mkv", "images"))
+    assert code == 6
+    assert "camera office: Frame 3 of images has 96x64 pixels, those before 96x80" in error
+    assert "hall 70, office 3 frames" in error
+
+
+@pytest.mark.slow
 def test_what_could_not_be_read_of_a_recording_is_told(go: Go) -> None:
     whole = Path("hall.mkv").read_bytes()
     Path("cut.mkv").write_bytes(whole[: len(whole) // 2])

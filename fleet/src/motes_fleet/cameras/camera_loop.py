@@ -115,14 +115,20 @@ def _recorded(
         told = film.report.assumption.replace("--fps", "fps in its [[camera]]")
         line.send(CameraMessage(camera.name, told))
     last: tuple[Frame, Sequence[Arrival]] | None = None
-    for each in film:
-        frame = Frame(each.index, each.time + camera.offset, each.pixels)
-        line.send(NextFrame(frame.time))
-        if last is not None:
-            yield last
-        last = frame, _arrivals(line)
+    failure: MotesError | None = None
+    try:
+        for each in film:
+            frame = Frame(each.index, each.time + camera.offset, each.pixels)
+            line.send(NextFrame(frame.time))
+            if last is not None:
+                yield last
+            last = frame, _arrivals(line)
+    except MotesError as error:  # of the film; the frame before it is whole
+        failure = error
     if last is not None:
         yield last
+    if failure is not None:
+        raise failure
     if film.report.problems is not None:
         line.send(CameraMessage(camera.name, film.report.problems))
 
