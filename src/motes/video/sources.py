@@ -274,11 +274,11 @@ def open_source(
 
 def check_rate(fps: float | None) -> None:
     """Raise a ConfigError if a rate is no possible number of frames per second."""
-    if fps is None:
-        return
-    if not (isinstance(fps, NUMBER) and LEAST_RATE <= fps <= 1 / LEAST_RATE):
+    number = isinstance(fps, NUMBER)
+    if fps is not None and not (number and LEAST_RATE <= fps <= 1 / LEAST_RATE):
         raise ConfigError(
-            f"fps is {fps!r}; give frames per second from {LEAST_RATE:g} to {1 / LEAST_RATE:g}."
+            f"fps is {f'{float(fps):g}' if number else repr(fps)}; give frames per second from "
+            f"{LEAST_RATE:g} to {1 / LEAST_RATE:g}."
         )
 
 
