@@ -97,6 +97,10 @@ CALLS: dict[str, tuple[Callable[[Any], object], str]] = {
     "no track": (lambda _: motes.draw(PIXELS, None), "Draw a Track"),  # type: ignore[arg-type]
     "a set": (lambda _: motes.Tracker().init(PIXELS, {20, 21, 22, 23}), "region is"),  # type: ignore[arg-type]
     "bytes": (lambda _: motes.Tracker().init(PIXELS, b"2222"), "region is"),
+    "a picture as a region": (
+        lambda _: motes.Tracker().init(PIXELS, PIXELS.tolist()),
+        "region is .{,120}$",
+    ),
     "digits": (lambda _: motes.Tracker().init(PIXELS, "9999"), "region is"),  # type: ignore[arg-type]
     "a row of bytes": (lambda _: motes.as_detections([b"2222"]), "must return"),
     "a box in a set": (lambda _: motes.as_detections([motes.Detection({1, 2, 3, 4})]), "must"),  # type: ignore[arg-type]

@@ -158,7 +158,7 @@ def as_ellipse(region: Numbers) -> Ellipse:
         values = [float(value) for value in in_order(region)]
     except (TypeError, ValueError, OverflowError) as error:
         raise ConfigError(
-            f"A region is x,y,width,height or x,y,a,b,theta; got {region!r}."
+            f"A region is x,y,width,height or x,y,a,b,theta; got {repr(region)[:80]}."
         ) from error
     if len(values) not in (4, 5):
         raise ConfigError(
