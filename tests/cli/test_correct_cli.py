@@ -383,6 +383,18 @@ def test_of_a_killed_run_it_is_said_that_rows_are_missing(go: Tell) -> None:
     assert "killed" not in go("convert rows.csv b.xml")[1]
 
 
+def test_rows_up_to_a_frame_that_cannot_be_read_are_those_of_a_run_that_ended(go: Tell) -> None:
+    Path("film").mkdir()
+    for n, size in enumerate([(64, 48)] * 4 + [(60, 48)]):
+        Image.effect_noise(size, 50).convert("RGB").save(f"film/{n}.png")
+    code, _ = go("track film --init 20,15,20,16 -o rows.csv")
+    known = History.load(Path("rows.csv.run.json"))
+    assert (code, known.last, known.lines) == (3, 3, 5)
+    assert "killed" not in go("convert rows.csv a.xml")[1]
+    Path("film/4.png").unlink()
+    assert go("track film --init 20,15,20,16 -o rows.csv --resume")[0] == 0
+
+
 def test_a_killed_run_is_finished(go: Tell, monkeypatch: pytest.MonkeyPatch) -> None:
     """The kill is in the middle of a row."""
     line = f"track FILM --at 0=BOX --at 8=BOX --at 16=BOX {OPTIONS}"

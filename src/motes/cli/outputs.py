@@ -100,9 +100,12 @@ class HistoryOutput(Sink):
         self._history = replace(self._history, last=moment.frame.index)
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        """Note where the run ended, and how many lines the rows have, unless it failed."""
+        """Note where the run ended, and how many lines the rows have, unless it failed.
+
+        Where the film cannot be read any further, it has ended.
+        """
         begun = self._history.last is not None
-        ended = kind is None or issubclass(kind, KeyboardInterrupt)
+        ended = kind is None or issubclass(kind, KeyboardInterrupt | SourceError)
         if begun and ended and self._rows.is_file():  # no pipe, and not moved meanwhile
             self._history.save(self._rows, whole=True)
 
