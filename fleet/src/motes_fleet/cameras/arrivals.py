@@ -24,16 +24,8 @@ def in_overlap(
 
     None if less than `VISIBLE` of it is in the picture there. Its foot and its velocity are mapped
     by the ground. The covariance is mapped likewise, and grows by that of the ground, whose error
-    is within `reach` widths in 95 % of cases: 2 standard deviations.
-
-    Parameters
-    ----------
-    ground, known
-        The ground that both cameras see, and the object.
-    size
-        Width and height of the other picture.
-    now, until
-        The time of the frame, and the last time at which the object is expected there.
+    is within `reach` widths in 95 % of cases: 2 standard deviations. The other picture has a `size`
+    (width, height); the object is expected there up to the time `until`.
     """
     box = known.tracked.box
     foot = ground.there(known.foot(now), box.width, known.camera)
@@ -71,18 +63,9 @@ def at_place(known: KnownObject, place: str, scale: float, now: float, until: fl
 def expected_of(
     arrival: Arrival, rng: np.random.Generator, now: float, places: Floats, count: int
 ) -> Expected:
-    """Return an arrival with samples for a camera's frame.
+    """Return an arrival with a `count` of samples for a camera's frame at the time `now`.
 
-    Parameters
-    ----------
-    arrival, rng
-        The arrival, and the source of randomness.
-    now
-        The time of the frame.
-    places
-        (R, 4), the boxes of the arrival's place, if it has one.
-    count
-        Number of samples.
+    `places` (R, 4) are the boxes of the arrival's place, if it has one.
     """
     histogram = unpacked(arrival.histogram)
     (x, y, *_), (dx, dy), dt = arrival.ellipse, arrival.velocity, now - arrival.time

@@ -32,16 +32,8 @@ def watch_camera(
 ) -> None:
     """Watch a camera until it ends, or nobody receives its reports any more; in its own process.
 
-    Parameters
-    ----------
-    line
-        To the place where reports meet.
-    camera, seed
-        The camera, and the seed of its random numbers.
-    origin
-        The reading of `time.monotonic` at time 0 of live frames.
-    target
-        The known target for which it waits, in place of all objects.
+    `origin` is the reading of `time.monotonic` at time 0 of live frames. It waits for a known
+    `target`, if there is one, in place of all objects.
     """
     with suppress(BrokenPipeError):
         line.send(_watched(line, camera, seed, origin, target))

@@ -63,14 +63,8 @@ def on_clock(frames: Iterable[Frame], origin: float) -> Iterator[Frame]:
     Steps are those of the source, as frames may arrive in bursts. The frame that was underway for
     the shortest time so far shows how far the two clocks are apart; as they drift, the difference
     follows the mean slowly. Frames that were sent while the source was opened arrive all at once,
-    each underway for a step less than the one before; they are old, and left out.
-
-    Parameters
-    ----------
-    frames
-        The frames of a live source.
-    origin
-        The reading of `time.monotonic` at time 0.
+    each underway for a step less than the one before; they are old, and left out. `origin` is the
+    reading of `time.monotonic` at time 0.
     """
     apart: float | None = None
     stamp = reached = 0.0

@@ -119,14 +119,8 @@ def run(
 ) -> Generator[News | Again, None, None]:
     """Run tasks; yield the start and the end of each attempt, and the end of each task.
 
-    Parameters
-    ----------
-    pool
-        The workers; the caller closes it.
-    tasks
-        The tasks; one is taken when the one before it has found a worker.
-    attempts
-        How often a task is given to a worker, if these die.
+    A task is taken when the one before it has found a worker. Each is given to workers as often as
+    `attempts`, if these die. The caller closes the pool.
     """
     waiting, again = iter(tasks), deque[Task]()
     following, running = next(waiting, None), 0

@@ -84,7 +84,8 @@ class JobTable:
             if job is not None:
                 if (other := names.setdefault(job.name, number)) != number:
                     wrong.append(
-                        f"row {other} has the name {job.name!r} too; give each job its own."
+                        f"row {other} has the name {job.name!r} too; rename its film, or give a "
+                        f"table with names."
                     )
                 with noted(wrong):
                     wrong += _wrong_files(job)

@@ -121,12 +121,8 @@ class _NoRedirect(urllib.request.HTTPRedirectHandler):
 class Webhook:
     """Posts each message as JSON; an answer with a status from 200 to 299 confirms it.
 
-    The rest of the answer is thrown away. It must end within `ANSWER` and `LARGEST_ANSWER`.
-
-    Parameters
-    ----------
-    address
-        An http or https address. A user and a password in it are sent as basic authentication.
+    The rest of the answer is thrown away. It must end within `ANSWER` and `LARGEST_ANSWER`. A user
+    and a password in the http or https address are sent as basic authentication.
     """
 
     batch = 1
