@@ -175,12 +175,7 @@ may have come into another light."""
 
 
 def impostors(
-    objects: Sequence[TrackedObject],
-    frame: Frame,
-    boxes: Floats,
-    i: Integers,
-    j: Integers,
-    telling: float,
+    objects: Sequence[TrackedObject], frame: Frame, boxes: Floats, i: Integers, j: Integers
 ) -> Flags:
     """Return of which pairs the detection looks as if it were another object, (k,).
 
@@ -193,13 +188,11 @@ def impostors(
         (m, 4), of the detections.
     i, j
         (k,) each: indices of objects and of boxes.
-    telling
-        How much a look tells, from 0 to 1.
     """
     some, models = np.unique(i, return_inverse=True)
     seen, places = np.unique(j, return_inverse=True)
     ellipses = [Ellipse(*row) for row in inscribed(boxes[seen]).tolist()]
     looks = (objects[n].known for n in some.tolist())
     known = [look if look is not None and look.settled else None for look in looks]
-    unlikely = costs(Look.at(frame, ellipses), known, telling)[places, models]
+    unlikely = costs(Look.at(frame, ellipses), known)[places, models]
     return np.asarray((unlikely > UNKNOWN) & inside(boxes, frame)[j])

@@ -106,7 +106,7 @@ def telling(looks: Sequence[Look]) -> float:
     return float(np.clip((mean - ALIKE) / (DIFFERENT - ALIKE), 0, 1))
 
 
-def costs(seen: Sequence[Look], known: Sequence[Look | None], telling: float = 1.0) -> Floats:
+def costs(seen: Sequence[Look], known: Sequence[Look | None], tells: float = 1.0) -> Floats:
     """Return how unlikely each look that is seen is that of each known one: (seen, known).
 
     These are negative logarithms of likelihoods, but for a constant; they are the nearer to
@@ -118,7 +118,7 @@ def costs(seen: Sequence[Look], known: Sequence[Look | None], telling: float = 1
     unlike = COLOR_WEIGHT * _distances(
         [each.color for each in seen], [each.color for each in models]
     ) + EDGES_WEIGHT * _distances([each.edges for each in seen], [each.edges for each in models])
-    out[:, told] += telling * (unlike - UNKNOWN)
+    out[:, told] += tells * (unlike - UNKNOWN)
     return out
 
 

@@ -18,7 +18,7 @@ from motes.core.track import Status, Track
 from motes.core.types import Floats
 from motes.mot.expected import Expected
 from motes.mot.hiding import WINDOW, Sighting, hiding_of
-from motes.mot.look import Look, telling
+from motes.mot.look import Look
 from motes.sot.filtering.fusion import fuse_distances
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.particle_state import FilterState
@@ -385,11 +385,6 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False, dict=True):
             ellipses = ellipses * np.array((1.0, 1.0, new.a / old.a, new.b / old.b, 1.0))
         ellipses = ellipses + np.array(away)  # faster than with a tuple
         return replace(state, states=motion.initial(ellipses))
-
-
-def telling_looks(objects: Sequence[TrackedObject]) -> float:
-    """Return how much a look tells of who it is of these objects, from 0 to 1."""
-    return telling([each.look for each in objects if each.look is not None and each.look.settled])
 
 
 def _far(first: Ellipse, second: Ellipse) -> bool:

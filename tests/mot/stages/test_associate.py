@@ -64,16 +64,6 @@ def test_who_looks_like_another_one_covers_an_object_unless_it_is_just_there_or_
         assert associate([unsettled], found, frame, DT, config())[0][0].detected
 
 
-def test_among_those_that_all_look_alike_nobody_looks_like_another_one() -> None:
-    place = LEFT._replace(x=26)
-    frame = picture(1, (place, BLUE))
-    one, far = (undetected(n, picture(0, (LEFT, RED)), LEFT) for n in (1, 2))
-    far = replace(far, predicted=far.predicted._replace(x=300))
-    for known, own in ((RED, True), (BLUE, False)):
-        both = [with_look(one, RED), with_look(far, known)]
-        assert associate(both, [Detection(place)], frame, DT, config())[0][0].detected is own
-
-
 def test_velocity_and_size_follow_slowly() -> None:
     still = undetected(1, FRAME, LEFT)
     found = [Detection(Box(22, 32, 24, 40))]  # its center is 4 pixels further, and 2 lower

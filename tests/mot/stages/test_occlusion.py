@@ -112,14 +112,6 @@ def test_who_looks_like_itself_is_not_hidden_by_who_covers_it_and_one_frame_is_n
         assert statuses(after) == {1: status, 2: Status.TRACKING}
 
 
-def test_among_those_that_all_look_alike_nobody_is_known_by_its_look() -> None:
-    """It may be another one that stands there."""
-    for color, status in ((RED, Status.OCCLUDED), (BLUE, Status.TRACKING)):
-        other = with_look(seen(2, OVER._replace(x=150)).detect(OVER, FRAME.time), color)
-        one = with_look(seen(1, PLACE), RED)
-        assert mark_occluded([one, other], FRAME, Occlusion())[0].track.status is status
-
-
 @pytest.mark.parametrize(("gain", "step"), [(0.5, 0.0), (1.5, -3.0)])
 def test_a_step_beside_where_it_should_be_must_look_clearly_more_like_the_object(
     monkeypatch: pytest.MonkeyPatch, gain: float, step: float
@@ -251,8 +243,6 @@ def test_nobody_begins_where_one_who_looks_like_another_is_before_an_object() ->
     hidden = with_look(occluded(1, BEFORE, PLACE), RED)
     after, free = reidentify([hidden], found, [], frame, DT, config())
     assert (after, free) == ([hidden], found[1:])
-    alike = with_look(visible(2, BEFORE, PLACE._replace(x=150)), RED)  # so looks tell nothing
-    assert reidentify([hidden, alike], found, [], frame, DT, config()) == ([hidden, alike], found)
     assert reidentify([], found, found[1:], frame, DT, config()) == ([], found[:1])
 
 

@@ -13,7 +13,7 @@ from motes.core.types import Floats
 from motes.mot.association import SAME, assign_pairs, impostors, model_distances
 from motes.mot.overlaps import as_rows, merged_blobs, overlapping_pairs
 from motes.mot.scene_config import SceneConfig
-from motes.mot.tracked_object import TrackedObject, telling_looks
+from motes.mot.tracked_object import TrackedObject
 
 
 def associate(
@@ -52,8 +52,7 @@ def associate(
     distances = model_distances(seen, frame, boxes, rows, columns)
     costs = config.association.costs(overlaps, distances)
     apart = np.flatnonzero(overlaps < SAME)
-    telling = telling_looks(objects)
-    others = apart[impostors(seen, frame, boxes, rows[apart], columns[apart], telling)]
+    others = apart[impostors(seen, frame, boxes, rows[apart], columns[apart])]
     costs[others] = np.inf
     for i, j in assign_pairs(rows, columns, costs, (len(visible), len(detections))):
         detect(i, detections[j].box)

@@ -11,7 +11,7 @@ from motes.mot.look import Look, costs, probability_of_one
 from motes.mot.overlaps import as_rows, grouped, intersection_over_first, occlusion_candidates
 from motes.mot.pairs import Integers
 from motes.mot.scene_config import Occlusion
-from motes.mot.tracked_object import TrackedObject, telling_looks
+from motes.mot.tracked_object import TrackedObject
 
 STEP = 0.3
 """How far beside where it should be an object is looked for, in its smaller half-axes."""
@@ -55,19 +55,18 @@ def _found(objects: Sequence[TrackedObject], frame: Frame) -> dict[int, TrackedO
     """Return the undetected objects of which it is known how they look, by their indices.
 
     Each is where it looks most like itself, of where it should be and a step to each side; it is
-    None if it looks like another one there, too, as it does where all look alike.
+    None if it looks like another one there, too.
     """
     looks = {
         n: each.look for n, each in enumerate(objects) if not each.detected and each.found_by_look
     }
     places = [_about(objects[n].predicted) for n in looks]
     seen = Look.at(frame, [*chain.from_iterable(places)])
-    telling = telling_looks(objects)
     found = dict[int, TrackedObject | None]()
     for (n, look), around, first in zip(
         looks.items(), places, range(0, len(seen), len(STEPS)), strict=True
     ):
-        unlikely = costs(seen[first : first + len(STEPS)], [look], telling)[:, 0]
+        unlikely = costs(seen[first : first + len(STEPS)], [look])[:, 0]
         unlikely[1:] += ASIDE
         best = int(unlikely.argmin())
         place, is_it = around[best], probability_of_one(float(unlikely[best]))

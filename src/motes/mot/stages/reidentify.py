@@ -13,7 +13,7 @@ from motes.core.geometry import iou
 from motes.mot.association import assign_pairs, impostors, model_distances, near
 from motes.mot.overlaps import as_rows
 from motes.mot.scene_config import SceneConfig
-from motes.mot.tracked_object import TrackedObject, telling_looks
+from motes.mot.tracked_object import TrackedObject
 
 
 def reidentify(
@@ -47,7 +47,7 @@ def reidentify(
     rows, columns, off = near(places, variances, boxes, area)
     distances = model_distances(lost, frame, boxes, rows, columns)
     costs = config.association.recovery_costs(off, distances)
-    others = impostors(lost, frame, boxes, rows, columns, telling_looks(objects))
+    others = impostors(lost, frame, boxes, rows, columns)
     costs[others] = np.inf
     pairs = zip(rows.tolist(), columns.tolist(), strict=True)
     distance_of = dict(zip(pairs, distances.tolist(), strict=True))

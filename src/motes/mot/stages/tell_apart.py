@@ -10,9 +10,9 @@ from msgspec.structs import replace
 from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.who_is_who import who_is_who
-from motes.mot.look import Look, costs
+from motes.mot.look import Look, costs, telling
 from motes.mot.overlaps import as_rows, grouped, inside, nested_pairs
-from motes.mot.tracked_object import TrackedObject, telling_looks
+from motes.mot.tracked_object import TrackedObject
 
 STAY = 3.0
 """Log-likelihood ratio for the identity that an object was followed with, against those that it has
@@ -44,7 +44,8 @@ def tell_apart(
     after, clear = _seen(objects, free, frame, number, touching)
     for group in _groups(after):
         if clear.intersection(group):
-            _assign(after, group, telling_looks(objects))
+            looks = [each.look for each in objects if each.look and each.look.settled]
+            _assign(after, group, telling(looks))
     for n, each in enumerate(after):
         if each.seen is not None and not each.met:
             after[n] = replace(each, known=each.seen, seen=None)
@@ -106,12 +107,15 @@ def _groups(objects: Sequence[TrackedObject]) -> Iterator[list[int]]:
         yield sorted(group)
 
 
-def _assign(objects: list[TrackedObject], group: list[int], telling: float) -> None:
-    """Give the objects of a group the identities that they most likely have, in place."""
+def _assign(objects: list[TrackedObject], group: list[int], tells: float) -> None:
+    """Give the objects of a group the identities that they most likely have, in place.
+
+    `tells` is how much a look tells, from 0 to 1.
+    """
     before = [objects[n] for n in group]
     clear = {k: each.seen for k, each in enumerate(before) if each.seen is not None}
     tracks = [*clear]
-    likely = costs([*clear.values()], [each.known for each in before], telling)
+    likely = costs([*clear.values()], [each.known for each in before], tells)
     likely[range(len(tracks)), tracks] -= STAY
     models, certainty = who_is_who(likely)
     if certainty.min() > 0.5:
